@@ -64,6 +64,24 @@ Vec3<real> gyroscopic_substep(Vec3<real> ratios, Vec3<real> w, Vec3<real> delta_
   return x;
 }
 
+/// The angular momentum in parts of the first moment of inertia, body frame.
+template <class real>
+Vec3<real> relative_momentum(const Mass<real>& mass, Vec3<real> w) {
+  const real unit = mass.inverse_inertia[0];
+  return {w.x, (mass.inertia[1] * unit) * w.y, (mass.inertia[2] * unit) * w.z};
+}
+
+/// By how much less the Cayley map of 2 z rotates than by 2 |z|, as a rotation about the momentum: half of it has the
+/// tangent (t - |z|) / (1 + t |z|), t = tan |z|.
+template <class real>
+Quat<real> missing_rotation(Vec3<real> momentum, Vec3<real> z) {
+  const real squared = dot3(momentum, momentum), y = dot3(z, z);
+  if (!(squared > real(0)) || !(y < real(1))) return {real(0), real(0), real(0), real(1)};
+  const TangentRatio<real> ratio = tangent_ratio(y);
+  const Vec3<real> along = scale3(dot3(momentum, z) / squared * (ratio.numerator - ratio.denominator), momentum);
+  return {along.x, along.y, along.z, ratio.denominator + y * ratio.numerator};
+}
+
 /// How a body rotates over a step in which no impulse acts on it.
 template <class real>
 struct FreeStep {
@@ -73,17 +91,18 @@ struct FreeStep {
 
 /// Euler's equation over dt, body frame:
 ///
-///   I (w' - w) + h w_th x I w_th = dt tau,   w_th = (1 - theta) w + theta w',   h = 2 tan(|w| dt / 2) / |w|
+///   I (w' - w) + dt w_th x I w_th = dt tau,   w_th = (1 - theta) w + theta w'
 ///
-/// where delta_w = dt I^-1 tau. theta = 0 is explicit, one evaluation at h = dt, and gains energy; theta = 1 never
-/// gains any; theta = 1/2 conserves the energy of a free body and, rotated by the Cayley map of h w_th, its angular
-/// momentum (Simo and Wong 1991). That map rotates by 2 atan(h |w_th| / 2): with this h by the angle |w| dt, where the
-/// method has h = dt.
+/// where delta_w = dt I^-1 tau. theta = 0 is explicit, one evaluation, and gains energy; theta = 1 never gains any;
+/// theta = 1/2 conserves the energy of a free body and, rotated by the Cayley map of dt w_th, its angular momentum L
+/// (Simo and Wong 1991). That map rotates by 2 atan(|w_th| dt / 2), which is too little; what is missing along L
+/// follows as a rotation about L, which changes nothing of it.
 ///
 /// The rotation is by w_th and, of what a moment from outside gives, the share `position_theta`, as of all bodies.
 template <class real>
-FreeStep<real> gyroscopic_step(Vec3<real> ratios, Vec3<real> w, Vec3<real> delta_w, real theta, real position_theta,
-                               real dt) {
+FreeStep<real> gyroscopic_step(const Mass<real>& mass, Vec3<real> w, Vec3<real> delta_w, real theta,
+                               real position_theta, real dt) {
+  const Vec3<real> ratios = gyroscopic_ratios(mass);
   const Vec3<real> end = add3(w, delta_w);
   const real angle_squared = std::max(dot3(w, w), dot3(end, end)) * (dt * dt);
   u32 substeps = 1;
@@ -99,14 +118,11 @@ FreeStep<real> gyroscopic_step(Vec3<real> ratios, Vec3<real> w, Vec3<real> delta
   const Vec3<real> substep_delta_w = scale3(share, delta_w);
   Quat<real> rotation = {real(0), real(0), real(0), real(1)};
   for (u32 i = 0; i < substeps; ++i) {
-    const Vec3<real> start = add3(w, substep_delta_w);
-    const real half_angle_squared = dot3(start, start) * (real(0.25) * substep_dt * substep_dt);
-    const TangentRatio<real> ratio = tangent_ratio(half_angle_squared < real(1) ? half_angle_squared : real(1));
-    const real h = substep_dt * (ratio.numerator / ratio.denominator);
-    const Vec3<real> x = gyroscopic_substep(ratios, w, substep_delta_w, theta, h);
+    const Vec3<real> x = gyroscopic_substep(ratios, w, substep_delta_w, theta, substep_dt);
     const Vec3<real> mean_w = add3(mean3(theta, w, x), scale3(position_theta - theta, substep_delta_w));
-    const Vec3<real> z = scale3(real(0.5) * h, mean_w);
-    rotation = multiply4(rotation, Quat<real>{z.x, z.y, z.z, real(1)});
+    const Vec3<real> z = scale3(real(0.5) * substep_dt, mean_w);
+    rotation = multiply4(
+        rotation, multiply4(missing_rotation(relative_momentum(mass, w), z), Quat<real>{z.x, z.y, z.z, real(1)}));
     w = x;
   }
   return {w, rotation};

@@ -77,8 +77,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         FreeStep<real> step;
         if (gyroscopic) {
           const Vec3<real> w_body = unrotate3(q, w);
-          step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.theta,
-                                 params.dt);
+          step = gyroscopic_step(mass, w_body, delta_w, params.gyroscopic_theta, params.theta, params.dt);
           change = sub3(step.w, w_body);
         }
         w = add3(w, rotate3(q, change));  // rounding of its length, which comes with rotations, would add up

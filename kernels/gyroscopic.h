@@ -49,8 +49,22 @@ typedef struct FreeStep {
   Quat rotation;  // in the frame before the step, not of unit length
 } FreeStep;
 
-static inline FreeStep gyroscopic_step(Vec3 ratios, Vec3 w, Vec3 delta_w, real theta, real position_theta, real dt) {
+static inline Vec3 relative_momentum(Mass mass, Vec3 w) {
+  const real unit = mass.inverse_inertia[0];
+  return make3(w.x, (mass.inertia[1] * unit) * w.y, (mass.inertia[2] * unit) * w.z);
+}
+
+static inline Quat missing_rotation(Vec3 momentum, Vec3 z) {
+  const real squared = dot3(momentum, momentum), y = dot3(z, z);
+  if (!(squared > (real)0) || !(y < (real)1)) return make4((real)0, (real)0, (real)0, (real)1);
+  const TangentRatio ratio = tangent_ratio(y);
+  const Vec3 along = scale3(dot3(momentum, z) / squared * (ratio.numerator - ratio.denominator), momentum);
+  return make4(along.x, along.y, along.z, ratio.denominator + y * ratio.numerator);
+}
+
+static inline FreeStep gyroscopic_step(Mass mass, Vec3 w, Vec3 delta_w, real theta, real position_theta, real dt) {
   FreeStep step;
+  const Vec3 ratios = gyroscopic_ratios(mass);
   const Vec3 end = add3(w, delta_w);
   const real old_squared = dot3(w, w), end_squared = dot3(end, end);
   const real angle_squared = (old_squared < end_squared ? end_squared : old_squared) * (dt * dt);
@@ -68,14 +82,11 @@ static inline FreeStep gyroscopic_step(Vec3 ratios, Vec3 w, Vec3 delta_w, real t
   const Vec3 substep_delta_w = scale3(share, delta_w);
   step.rotation = make4((real)0, (real)0, (real)0, (real)1);
   for (u32 i = 0u; i < substeps; ++i) {
-    const Vec3 start = add3(w, substep_delta_w);
-    const real half_angle_squared = dot3(start, start) * ((real)0.25 * substep_dt * substep_dt);
-    const TangentRatio ratio = tangent_ratio(half_angle_squared < (real)1 ? half_angle_squared : (real)1);
-    const real h = substep_dt * (ratio.numerator / ratio.denominator);
-    const Vec3 x = gyroscopic_substep(ratios, w, substep_delta_w, theta, h);
+    const Vec3 x = gyroscopic_substep(ratios, w, substep_delta_w, theta, substep_dt);
     const Vec3 mean_w = add3(mean3(theta, w, x), scale3(position_theta - theta, substep_delta_w));
-    const Vec3 z = scale3((real)0.5 * h, mean_w);
-    step.rotation = multiply4(step.rotation, make4(z.x, z.y, z.z, (real)1));
+    const Vec3 z = scale3((real)0.5 * substep_dt, mean_w);
+    step.rotation = multiply4(
+        step.rotation, multiply4(missing_rotation(relative_momentum(mass, w), z), make4(z.x, z.y, z.z, (real)1)));
     w = x;
   }
   step.w = w;

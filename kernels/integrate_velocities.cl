@@ -68,8 +68,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         FreeStep step;
         if (gyroscopic) {
           const Vec3 w_body = unrotate3(q, w);
-          step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.theta,
-                                 params.dt);
+          step = gyroscopic_step(mass, w_body, delta_w, params.gyroscopic_theta, params.theta, params.dt);
           change = sub3(step.w, w_body);
         }
         w = add3(w, rotate3(q, change));
