@@ -267,17 +267,17 @@ INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 
 // Of a gap between shapes (feature seams), as shares of the length of half the box around what comes: how wide it may
 // be for that to span it, and how deep below the edge that may be.
-#define SEAM_REACH 0.5f
+#define SEAM_SPAN 0.5f
 #define SEAM_DIP 0.01f
 
 // A shape that covers edges of another one and never moves against it (feature seams), in the frame of that one: a box
-// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush; `apart`: there is a
-// gap between them.
+// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush; `has_gap`: there is
+// a gap between them.
 LINE_RECORD(Seam) {
   real offset[3], tolerance;
   real rotation[4];
   real size[4];
-  u32 kind, hull, apart, pad;
+  u32 kind, hull, has_gap, pad;
 };
 
 RECORD(MaterialPair) { real friction, restitution; };

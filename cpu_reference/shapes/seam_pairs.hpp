@@ -39,17 +39,17 @@ Vec3<real> moved_to_edge(const Polytope<real>& p, Vec3<real> point, Vec3<real> u
 
 /// What comes to a shape p, and one of the points at which it would touch.
 template <class real>
-struct Visitor {
+struct OtherShape {
   u32 kind;
   WorldShape<real> shape;
   Vec3<real> point, up;  // on p, and the normal out of p; own coordinates of p
-  Vec3<real> core;       // the anchor of the visitor that the contact keeps a radius from, own coordinates of p
+  Vec3<real> core;       // the anchor of the other shape that the contact keeps a radius from, own coordinates of p
   real radius;
 };
 
-/// How deep a visitor reaches below a plane in the frame of p, m; negative above it.
+/// How deep the other shape is below a plane in the frame of p, m; negative above it.
 template <class real>
-real depth_below(const Polytope<real>& p, const Visitor<real>& v, const HullTables<real>& tables, Vec3<real> normal,
+real depth_below(const Polytope<real>& p, const OtherShape<real>& v, const HullTables<real>& tables, Vec3<real> normal,
                  real offset) {
   if (v.radius > 0 && v.kind != SHAPE_CYLINDER) return offset + v.radius - dot3(normal, v.core);
   const Vec3<real> world = out_of_frame(p.axes, normal);
@@ -74,12 +74,12 @@ bool poly_meets_stretch(const Polytope<real>& p, Vec3<real> start, Vec3<real> al
   return from <= to;
 }
 
-/// Whether a neighbour on the other side of a gap holds a visitor so that it cannot touch p at the point: the visitor
+/// Whether a neighbour on the other side of a gap holds the other shape so that it cannot touch p at the point: that
 /// is over a face of it just beside, and not below this face, and the point is not above it, nor does the surface of p
 /// rise from it there.
 template <class real>
-bool neighbour_holds(const Polytope<real>& p, const Polytope<real>& neighbour, const Visitor<real>& v,
-                     const HullTables<real>& tables, real tolerance) {
+bool neighbour_supports(const Polytope<real>& p, const Polytope<real>& neighbour, const OtherShape<real>& v,
+                        const HullTables<real>& tables, real tolerance) {
   const real size = length3(v.shape.size);
   for (u32 f = 0; f < neighbour.faces; ++f) {
     const Vec4<real> plane = poly_own_plane(neighbour, f);
@@ -89,17 +89,17 @@ bool neighbour_holds(const Polytope<real>& p, const Polytope<real>& neighbour, c
     if (height > tolerance || !(square > real(1e-4))) continue;
     if (depth_below(p, v, tables, normal, offset) > real(SEAM_DIP) * size) continue;
     const Vec3<real> along = scale3(real(1) / std::sqrt(square), sub3(v.up, scale3(steep, normal)));
-    real reach = real(SEAM_REACH) * size;
+    real span = real(SEAM_SPAN) * size;
     Vec3<real> start = sub3(v.point, scale3(height, normal));
     const Vec3<real> axis = into_frame(p.axes, axes_of(v.shape.rotation).z);
     const bool on_end = v.kind == SHAPE_CYLINDER && std::abs(dot3(axis, normal)) > real(0.99);
     if (v.radius > 0 && !on_end) {  // what is round is lowest below its axis
       start = sub3(v.core, scale3(dot3(normal, v.core) - offset, normal));
       const real length = real(2) * v.shape.size.y * std::abs(dot3(axis, along));
-      reach = length < reach ? length : reach;
+      span = length < span ? length : span;
     }
     if (!poly_meets_stretch(neighbour, into_frame(neighbour.axes, sub3(start, neighbour.center)),
-                            into_frame(neighbour.axes, along), reach, tolerance))
+                            into_frame(neighbour.axes, along), span, tolerance))
       continue;
     const Vec3<real> rise = sub3(normal, scale3(steep, v.up));
     const Vec3<real> beside = add3(v.point, scale3((real(3) * tolerance - height) / square, rise));
@@ -108,12 +108,12 @@ bool neighbour_holds(const Polytope<real>& p, const Polytope<real>& neighbour, c
   return false;
 }
 
-/// Whether some neighbour beyond a gap holds the visitor.
+/// Whether some neighbour beyond a gap holds the other shape.
 template <class real>
-bool gaps_cover(const Polytope<real>& p, const Visitor<real>& v, const HullTables<real>& tables) {
+bool gaps_cover(const Polytope<real>& p, const OtherShape<real>& v, const HullTables<real>& tables) {
   for (u32 k = 0; k < p.seam_count; ++k) {
     const Seam<real>& seam = p.tables.seams[p.first_seam + k];
-    if (seam.apart != 0 && neighbour_holds(p, seam_neighbour(p, k), v, tables, seam.tolerance)) return true;
+    if (seam.has_gap != 0 && neighbour_supports(p, seam_neighbour(p, k), v, tables, seam.tolerance)) return true;
   }
   return false;
 }

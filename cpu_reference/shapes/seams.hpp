@@ -75,7 +75,7 @@ template <class real>
 bool some_neighbour_covers(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
   for (u32 k = 0; k < p.seam_count; ++k) {
     const Seam<real>& seam = p.tables.seams[p.first_seam + k];
-    if (seam.apart == 0 && is_near_seam(seam, point) &&
+    if (seam.has_gap == 0 && is_near_seam(seam, point) &&
         neighbour_covers(seam_neighbour(p, k), point, up, seam.tolerance))
       return true;
   }
@@ -102,7 +102,7 @@ bool face_goes_on(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
   real widest = 0;
   for (u32 k = 0; k < p.seam_count; ++k) {
     const Seam<real>& seam = p.tables.seams[p.first_seam + k];
-    if (seam.apart != 0 || !is_near_seam(seam, point)) continue;
+    if (seam.has_gap != 0 || !is_near_seam(seam, point)) continue;
     const real tolerance = seam.tolerance;
     const Polytope<real> neighbour = seam_neighbour(p, k);
     if (!neighbour_covers(neighbour, point, up, tolerance)) continue;

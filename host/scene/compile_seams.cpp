@@ -140,13 +140,13 @@ double height_above(const Solid& solid, const Vector3& normal, double offset) {
 }
 
 // Whether one solid has a face which the other one, in this frame, is not in front of, but close behind.
-bool continues(const Solid& one, const Solid& other, const Frame& frame, double tolerance, double reach) {
+bool continues(const Solid& one, const Solid& other, const Frame& frame, double tolerance, double span) {
   const Quaternion back = inverse(frame.rotation);
   return std::ranges::any_of(
       one.planes.begin(), one.planes.begin() + (one.facet ? 1 : one.planes.size()), [&](const auto& plane) {
         const auto& [normal, offset] = plane;
         const double height = height_above(other, rotate(back, normal), offset - dot(normal, frame.position));
-        return height <= tolerance && height >= -reach;
+        return height <= tolerance && height >= -span;
       });
 }
 
@@ -186,7 +186,7 @@ class SeamFinder {
   explicit SeamFinder(Buffers<real>& b) : b_(b) {}
 
   /// How wide a gap the largest body of a world spans, from here on.
-  void set_reach(double reach) { reach_ = reach; }
+  void set_span(double span) { span_ = span; }
 
   /// Blocks that may lie flush.
   void find(std::vector<Block> blocks);
@@ -211,7 +211,7 @@ class SeamFinder {
   bool goes_on(u32 shape, const Solid& facet, u32 edge) const;
 
   Buffers<real>& b_;
-  double reach_ = 0;
+  double span_ = 0;
   std::map<u32, std::map<u32, Seam<real>>> seams_;  // of a shape, by neighbour
 };
 
@@ -238,7 +238,7 @@ Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) con
     block.smallest = block.width = 0.5 * length(cross(subtract(v[1], v[0]), subtract(v[2], v[0]))) / longest;
   }
   block.rounding = 4 * double(std::numeric_limits<real>::epsilon()) * (length(frame.position) + length(half));
-  const double wider = std::max(flush * block.smallest, 0.5 * std::min(reach_, block.width)) + block.rounding;
+  const double wider = std::max(flush * block.smallest, 0.5 * std::min(span_, block.width)) + block.rounding;
   for (unsigned k = 0; k < 3; ++k) {
     block.box.low[k] -= half[k] + wider;
     block.box.high[k] += half[k] + wider;
@@ -273,21 +273,21 @@ void SeamFinder<real>::find(std::vector<Block> blocks) {
 template <class real>
 void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
   const double tolerance = flush * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
-  const double reach = std::min({reach_, p.width, q.width});  // nothing spans a gap of the size of the blocks
+  const double span = std::min({span_, p.width, q.width});  // nothing spans a gap of the size of the blocks
   const Solid solid_p = solid_of(b_, p.shape), solid_q = solid_of(b_, q.shape);
   for (const bool swapped : {false, true}) {
     const Block &one = swapped ? q : p, &other = swapped ? p : q;
     const Frame frame = seen_from(other.frame, one.frame);
     const Solid &own = swapped ? solid_q : solid_p, &covering = swapped ? solid_p : solid_q;
     const bool touches = touches_an_edge(own, covering, frame, tolerance);
-    if (!touches && !(touches_an_edge(own, covering, frame, reach) &&
-                      continues(covering, own, seen_from(one.frame, other.frame), tolerance, reach)))
+    if (!touches && !(touches_an_edge(own, covering, frame, span) &&
+                      continues(covering, own, seen_from(one.frame, other.frame), tolerance, span)))
       continue;
     const Shape<real>& shape = b_.shapes[other.shape];
     Seam<real> seam = {};
     for (unsigned k = 0; k < 3; ++k) seam.offset[k] = static_cast<real>(frame.position[k]);
     seam.tolerance = static_cast<real>(tolerance);
-    seam.apart = touches ? 0 : 1;
+    seam.has_gap = touches ? 0 : 1;
     for (unsigned k = 0; k < 4; ++k) {
       seam.rotation[k] = static_cast<real>(frame.rotation[k]);
       seam.size[k] = shape.size[k];
@@ -308,7 +308,7 @@ bool SeamFinder<real>::goes_on(u32 shape, const Solid& facet, u32 edge) const {
     const Vector3 point = add(start, scale(share, subtract(end, start)));
     const bool covered = std::ranges::any_of(seams_.at(shape), [&](const auto& entry) {
       const Seam<real>& seam = entry.second;
-      if (seam.apart != 0) return false;
+      if (seam.has_gap != 0) return false;
       const Frame frame = {
           {double(seam.offset[0]), double(seam.offset[1]), double(seam.offset[2])},
           {double(seam.rotation[0]), double(seam.rotation[1]), double(seam.rotation[2]), double(seam.rotation[3])}};
@@ -413,7 +413,7 @@ void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinde
       (moves ? of_body[index] : fixed).push_back(member);
     }
   }
-  finder.set_reach(SEAM_REACH * largest);
+  finder.set_span(SEAM_SPAN * largest);
   finder.find(near_others(fixed, [&](u32 i, u32 surface) {
     const u32 index = b.shape_infos[i].body;
     const Vec4<real>& q = b.orientations[index];

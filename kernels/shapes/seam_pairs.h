@@ -34,16 +34,16 @@ static inline Vec3 moved_to_edge(const Polytope* p, Vec3 point, Vec3 up) {
 }
 
 // What comes to a shape p, and one of the points at which it would touch.
-typedef struct Visitor {
+typedef struct OtherShape {
   u32 kind;
   WorldShape shape;
   Vec3 point, up;  // on p, and the normal out of p; own coordinates of p
-  Vec3 core;       // the anchor of the visitor that the contact keeps a radius from, own coordinates of p
+  Vec3 core;       // the anchor of the other shape that the contact keeps a radius from, own coordinates of p
   real radius;
-} Visitor;
+} OtherShape;
 
-// How deep a visitor reaches below a plane in the frame of p, m; negative above it.
-static inline real depth_below(const Polytope* p, const Visitor* v, HullTables tables, Vec3 normal, real offset) {
+// How deep the other shape is below a plane in the frame of p, m; negative above it.
+static inline real depth_below(const Polytope* p, const OtherShape* v, HullTables tables, Vec3 normal, real offset) {
   if (v->radius > (real)0 && v->kind != SHAPE_CYLINDER) return offset + v->radius - dot3(normal, v->core);
   const Vec3 world = out_of_frame(p->axes, normal);
   return offset + core_extent(v->kind, v->shape, tables, scale3((real)-1, world)) -
@@ -66,11 +66,11 @@ static inline bool poly_meets_stretch(const Polytope* p, Vec3 start, Vec3 along,
   return from <= to;
 }
 
-// Whether a neighbour on the other side of a gap holds a visitor so that it cannot touch p at the point: the visitor
+// Whether a neighbour on the other side of a gap holds the other shape so that it cannot touch p at the point: that
 // is over a face of it just beside, and not below this face, and the point is not above it, nor does the surface of p
 // rise from it there.
-static inline bool neighbour_holds(const Polytope* p, const Polytope* neighbour, const Visitor* v, HullTables tables,
-                                   real tolerance) {
+static inline bool neighbour_supports(const Polytope* p, const Polytope* neighbour, const OtherShape* v,
+                                      HullTables tables, real tolerance) {
   const real size = length3(v->shape.size);
   for (u32 f = 0u; f < neighbour->faces; ++f) {
     const Vec4 plane = poly_own_plane(neighbour, f);
@@ -80,17 +80,17 @@ static inline bool neighbour_holds(const Polytope* p, const Polytope* neighbour,
     if (height > tolerance || !(square > (real)1e-4)) continue;
     if (depth_below(p, v, tables, normal, offset) > (real)SEAM_DIP * size) continue;
     const Vec3 along = scale3((real)1 / sqrt(square), sub3(v->up, scale3(steep, normal)));
-    real reach = (real)SEAM_REACH * size;
+    real span = (real)SEAM_SPAN * size;
     Vec3 start = sub3(v->point, scale3(height, normal));
     const Vec3 axis = into_frame(p->axes, axes_of(v->shape.rotation).z);
     const bool on_end = v->kind == SHAPE_CYLINDER && fabs(dot3(axis, normal)) > (real)0.99;
     if (v->radius > (real)0 && !on_end) {  // what is round is lowest below its axis
       start = sub3(v->core, scale3(dot3(normal, v->core) - offset, normal));
       const real length = (real)2 * v->shape.size.y * fabs(dot3(axis, along));
-      reach = length < reach ? length : reach;
+      span = length < span ? length : span;
     }
     if (!poly_meets_stretch(neighbour, into_frame(neighbour->axes, sub3(start, neighbour->center)),
-                            into_frame(neighbour->axes, along), reach, tolerance))
+                            into_frame(neighbour->axes, along), span, tolerance))
       continue;
     const Vec3 rise = sub3(normal, scale3(steep, v->up));
     const Vec3 beside = add3(v->point, scale3(((real)3 * tolerance - height) / square, rise));
@@ -99,12 +99,12 @@ static inline bool neighbour_holds(const Polytope* p, const Polytope* neighbour,
   return false;
 }
 
-// Whether some neighbour beyond a gap holds the visitor.
-static inline bool gaps_cover(const Polytope* p, const Visitor* v, HullTables tables) {
+// Whether some neighbour beyond a gap holds the other shape.
+static inline bool gaps_cover(const Polytope* p, const OtherShape* v, HullTables tables) {
   for (u32 k = 0u; k < p->seam_count; ++k) {
-    if (!seam_is_apart(p, k)) continue;
+    if (!seam_has_gap(p, k)) continue;
     const Polytope neighbour = seam_neighbour(p, k);
-    if (neighbour_holds(p, &neighbour, v, tables, seam_tolerance(p, k))) return true;
+    if (neighbour_supports(p, &neighbour, v, tables, seam_tolerance(p, k))) return true;
   }
   return false;
 }
@@ -121,15 +121,15 @@ static inline bool seams_cover_side(u32 kind, WorldShape shape, u32 other_kind, 
     const real gap = on_face ? gap_at(m, k) : (real)0;
     const Vec3 point = is_a != on_face ? sub3(m->points[k].anchor_a, scale3(m->radius_a + gap, m->normal))
                                        : add3(m->points[k].anchor_b, scale3(m->radius_b + gap, m->normal));
-    Visitor visitor;
-    visitor.kind = other_kind;
-    visitor.shape = other;
-    visitor.point = moved_to_edge(&p, into_frame(p.axes, sub3(point, p.center)), up);
-    visitor.up = up;
-    if (seams_cover(&p, visitor.point, up)) continue;
-    visitor.core = into_frame(p.axes, sub3(is_a ? m->points[k].anchor_b : m->points[k].anchor_a, p.center));
-    visitor.radius = is_a ? m->radius_b : m->radius_a;
-    if (!gaps_cover(&p, &visitor, tables)) return false;
+    OtherShape touching;
+    touching.kind = other_kind;
+    touching.shape = other;
+    touching.point = moved_to_edge(&p, into_frame(p.axes, sub3(point, p.center)), up);
+    touching.up = up;
+    if (seams_cover(&p, touching.point, up)) continue;
+    touching.core = into_frame(p.axes, sub3(is_a ? m->points[k].anchor_b : m->points[k].anchor_a, p.center));
+    touching.radius = is_a ? m->radius_b : m->radius_a;
+    if (!gaps_cover(&p, &touching, tables)) return false;
   }
   return true;
 }
