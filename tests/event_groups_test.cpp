@@ -85,7 +85,7 @@ TEST(EventGroups, BodiesOfSeveralShapesBeginOnceWhereAskedFor) {
     ASSERT_EQ(events.size(), count) << pairs;
     EXPECT_EQ(events[0].a.shape, 0u);  // the body's own index; the plane is side b
     EXPECT_EQ(events[0].b, (EventSide{0, 0}));
-    if (count == 2) EXPECT_EQ(events[1].a.shape, 1u);
+    EXPECT_EQ(events.back().a.shape, count - 1);
   }
 }
 
@@ -188,7 +188,7 @@ TEST(EventGroups, WhatIsRemovedInATriggerLeavesIt) {
   ASSERT_EQ(events.size(), 2u);
   for (const BodyEvent& event : events) {
     EXPECT_EQ(event.kind, event.a == trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END);
-    if (event.a == trigger) EXPECT_EQ(event.b, box);
+    EXPECT_EQ(event.a == trigger ? event.b : event.a, box);
   }
 }
 
