@@ -262,7 +262,7 @@ class Questions(unittest.TestCase):
             shapes = [(event.shape_a, event.shape_b, event.triangle_a) for event in world.events()] or shapes
         self.assertEqual(kinds, [("begin", {0, 1})])
         self.assertEqual(shapes, [(0, 0, None)])
-        world.remove(world.bodies()[1])
+        world.remove(world.bodies[1])
         world.step()
         self.assertEqual([event.kind for event in world.events()], ["end"])
 
