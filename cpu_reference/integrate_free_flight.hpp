@@ -1,11 +1,12 @@
 // Bodies that nothing touches, velocities and poses in one stage of fourth order.
 //
 //   x' = x + dt v + dt^2/2 g,   v' = v + dt g                    exact for a constant gravity
-//   q_dot = 1/2 q (w, 0),       w_dot = I^-1 (tau - w x I w)     survey eqs. 1 and 8, w and tau in the body frame
+//   R_dot = R [w],              w_dot = I^-1 (tau - w x I w)     survey eqs. 1 and 8, w and tau in the body frame
 //
-// The rotation takes one step of the classical Runge-Kutta method (Hairer, Norsett, Wanner, Solving ODE I, table 1.2),
-// then q is brought back to unit length; between the stages its length is not 1, which costs no order because the
-// equations keep it. A body on a pivot turns about it: I and tau = com_offset x m g are about the pivot.
+// The rotation takes one step of the Runge-Kutta-Munthe-Kaas method that stands on the classical one (Munthe-Kaas,
+// High order Runge-Kutta methods on manifolds, 1999; with two commutators as in Iserles et al., Lie-group methods,
+// 2000, section 4): with R = R_0 exp([u]) the rotation vector u is what is integrated, u_dot = w + u x w / 2 + ..., so
+// that a constant w is exact. A body on a pivot turns about it: I and tau = com_offset x m g are about the pivot.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -15,7 +16,7 @@
 
 namespace lockstep::reference {
 
-/// An orientation and the angular velocity in the body frame, or their rates.
+/// An orientation and the angular velocity in the body frame.
 template <class real>
 struct RotationState {
   Quat<real> q;
@@ -29,31 +30,38 @@ struct RotationLaw {
   Vec3<real> weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
 };
 
+/// Rotated by a vector of the body frame.
 template <class real>
-RotationState<real> rotation_after(RotationState<real> start, RotationState<real> rate, real dt) {
-  return {{start.q.x + dt * rate.q.x, start.q.y + dt * rate.q.y, start.q.z + dt * rate.q.z, start.q.w + dt * rate.q.w},
-          add3(start.w, scale3(dt, rate.w))};
+Quat<real> rotate_in_body(Quat<real> q, Vec3<real> u) {
+  return unit4(multiply4(q, rotation_by(u, real(1))));
+}
+/// By how much the angular velocity changes in dt.
+template <class real>
+Vec3<real> delta_w(RotationLaw<real> law, Quat<real> q, Vec3<real> w, real dt) {
+  const Vec3<real> moment = cross3(law.com_offset, unrotate3(q, law.weight));
+  return scale3(dt, sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, w)));
 }
 template <class real>
-RotationState<real> rotation_rate(RotationLaw<real> law, RotationState<real> state) {
-  const real h = real(0.5);
-  const Vec3<real> moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
-  return {multiply4(state.q, Quat<real>{h * state.w.x, h * state.w.y, h * state.w.z, real(0)}),
-          sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w))};
+Vec3<real> runge_kutta_mean(Vec3<real> a, Vec3<real> b, Vec3<real> c, Vec3<real> d) {
+  return scale3(real(1) / real(6), add3(add3(a, d), scale3(real(2), add3(b, c))));
 }
 template <class real>
 RotationState<real> rotation_step(RotationLaw<real> law, RotationState<real> start, real dt) {
-  const real half_dt = real(0.5) * dt;
-  const RotationState<real> rate_1 = rotation_rate(law, start);
-  const RotationState<real> rate_2 = rotation_rate(law, rotation_after(start, rate_1, half_dt));
-  const RotationState<real> rate_3 = rotation_rate(law, rotation_after(start, rate_2, half_dt));
-  const RotationState<real> rate_4 = rotation_rate(law, rotation_after(start, rate_3, dt));
-  RotationState<real> end = rotation_after(start, rate_1, dt / real(6));
-  end = rotation_after(end, rate_2, dt / real(3));
-  end = rotation_after(end, rate_3, dt / real(3));
-  end = rotation_after(end, rate_4, dt / real(6));
-  end.q = unit4(end.q);
-  return end;
+  const real halved = real(0.5);
+  const Vec3<real> angle_1 = scale3(dt, start.w), change_1 = delta_w(law, start.q, start.w, dt);
+  const Quat<real> q_2 = rotate_in_body(start.q, scale3(halved, angle_1));
+  const Vec3<real> w_2 = add3(start.w, scale3(halved, change_1));
+  const Vec3<real> angle_2 = scale3(dt, w_2), change_2 = delta_w(law, q_2, w_2, dt);
+  const Quat<real> q_3 =
+      rotate_in_body(start.q, add3(scale3(halved, angle_2), scale3(real(0.125), cross3(angle_1, angle_2))));
+  const Vec3<real> w_3 = add3(start.w, scale3(halved, change_2));
+  const Vec3<real> angle_3 = scale3(dt, w_3), change_3 = delta_w(law, q_3, w_3, dt);
+  const Quat<real> q_4 = rotate_in_body(start.q, angle_3);
+  const Vec3<real> w_4 = add3(start.w, change_3);
+  const Vec3<real> angle_4 = scale3(dt, w_4), change_4 = delta_w(law, q_4, w_4, dt);
+  const Vec3<real> rotation =
+      add3(runge_kutta_mean(angle_1, angle_2, angle_3, angle_4), scale3(real(1) / real(12), cross3(angle_1, angle_4)));
+  return {rotate_in_body(start.q, rotation), add3(start.w, runge_kutta_mean(change_1, change_2, change_3, change_4))};
 }
 
 template <class real>

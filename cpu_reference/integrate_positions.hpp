@@ -1,14 +1,16 @@
 // Poses follow the velocities for one sub-step:
 //
 //   x' = x + dt v_th,           v_th = (1 - th) v_old + th v_new                    survey eq. 1 and section 4.4
-//   q' = |q + dt/2 (w_th, 0) q|
+//   q' = (sin(|w_th| dt / 2) w_th / |w_th|, cos(|w_th| dt / 2)) q
 //
 // where "old" is the start of the sub-step and th = params.theta: 0 explicit Euler, 1 semi-implicit Euler, 1/2
 // trapezoidal, exact for constant accelerations.
 //
 // Where a gyroscopic moment acts, integrate_velocities has computed the body-frame components of the new angular
-// velocity: it is carried along as the body turns (at th = 1 the turn is about w itself and changes nothing).
-// A body on a pivot only turns; its centre of mass follows.
+// velocity: it is carried along as the body turns. A body that no impulse has pushed since then turns as computed
+// there, which keeps its angular momentum. One that is held or hit turns by w_th, as its joints and contacts were
+// solved (at th = 1 that is a turn about w itself, which carries it nowhere). A body on a pivot only turns, by w_th;
+// its centre of mass follows.
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"
@@ -26,7 +28,7 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     if (info.kind == BODY_STATIC || is_asleep(b, i)) continue;
     const bool dynamic = info.kind == BODY_DYNAMIC;
     const bool pivoted = dynamic && is_pivoted(b.pivots, i);
-    const bool carried = dynamic && is_gyroscopic(params, info) && params.theta != real(1);
+    const bool gyroscopic = dynamic && is_gyroscopic(params, info);
 
     Motion<real>& motion = b.motions[i];
     Vec3<real> v = vec3(motion.v);
@@ -34,11 +36,14 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_CONTACTS, i);
     const Velocity<real> previous = b.previous_velocities[i];
     const Vec3<real> mean_v = mean3(params.theta, vec3(previous.v), v);
-    const Vec3<real> mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat<real> old_q = quat(b.orientations[i]);
-    const Quat<real> q = integrate_orientation(old_q, mean_w, params.dt);
-    if (carried) w = carry3(old_q, q, w);
+    const bool free = gyroscopic && !pivoted && is_free(b.free_rotations[i], w);
+    const Quat<real> rotation =
+        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+    const Quat<real> q = unit4(multiply4(rotation, old_q));
+    const bool carried = free || (gyroscopic && params.theta != real(1));
+    if (carried) w = rotate_by(rotation, w);
 
     Vec4<real>& position = b.positions[i];
     Vec3<real> x = vec3_of(position);

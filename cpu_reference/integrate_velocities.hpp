@@ -7,8 +7,9 @@
 // the old orientation.
 //
 // Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
-// are written back as seen from the old orientation, and integrate_positions turns them with the body.
-// th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto, Numerical Methods, GDC 2015), 1/2 midpoint.
+// are written back as seen from the old orientation. th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto,
+// Numerical Methods, GDC 2015), 1/2 midpoint. How the body rotates if no impulse acts on it goes to free_rotations, for
+// integrate_positions.
 //
 // A body on a pivot turns about it: I and the moment of gravity tau = com_offset x m g are about the pivot, and
 // v = w x com_offset. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one
@@ -50,6 +51,8 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
     set_inverse_inertia(motion, mass, info, q);
     if (params.substep == 0 && info.kind == BODY_DYNAMIC) measure_body(b, params, i);
 
+    FreeRotation<real> record = {};
+
     if (info.kind == BODY_DYNAMIC && !is_asleep(b, i)) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
       const bool pivoted = is_pivoted(b.pivots, i);
@@ -70,13 +73,20 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
           if (pivoted) moment = add3(moment, cross3(com_offset_world(b.pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        Vec3<real> w_body = unrotate3(q, w);
+        Vec3<real> change = delta_w;
+        FreeStep<real> step;
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
-        } else {
-          w_body = add3(w_body, delta_w);
+          const Vec3<real> w_body = unrotate3(q, w);
+          step = gyroscopic_step(mass, w_body, delta_w, params.gyroscopic_theta, params.theta, params.dt);
+          change = sub3(step.w, w_body);
         }
-        w = rotate3(q, w_body);
+        w = add3(w, rotate3(q, change));  // rounding of its length, which comes with rotations, would add up
+        if (gyroscopic && !pivoted) {
+          const Vec3<real> axis = rotate3(q, Vec3<real>{step.rotation.x, step.rotation.y, step.rotation.z});
+          const Vec3<real> gyroscopic_change = sub3(change, delta_w);
+          record = make_free_rotation(Quat<real>{axis.x, axis.y, axis.z, step.rotation.w}, w,
+                                      free_share<real> * dot3(gyroscopic_change, gyroscopic_change));
+        }
       } else if (loaded) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
@@ -93,6 +103,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_FORCES, i);
     }
 
+    if (!b.free_rotations.empty()) b.free_rotations[i] = record;
     store3(motion.v, v);
     store3(motion.w, w);
   }

@@ -73,6 +73,7 @@ void write_anisotropy(AnisotropyBlock<real>& block, u32 lane, AnisotropyPair<rea
   block.z[lane] = along.z;
   block.across[lane] = pair.across;
   block.side[lane] = pair.side;
+  block.perpendicular[lane] = pair.perpendicular;
 }
 
 /// The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.

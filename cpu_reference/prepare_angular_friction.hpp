@@ -19,7 +19,7 @@ void clear_lane(AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>&
 
 template <class real>
 void clear_lane(EllipseBlock<real>& block, u32 lane) {
-  block.s_11[lane] = block.s_12[lane] = block.s_22[lane] = 0;
+  block.s_11[lane] = block.s_12[lane] = block.s_22[lane] = block.degenerate[lane] = 0;
 }
 
 /// The moment that a contact starts from, world frame; `contact`, `block` and `impulses` still hold the last sub-step.
@@ -38,13 +38,17 @@ Ellipse<real> prepare_ellipse(const AnisotropyBlock<real>& anisotropy, const Con
                               Quat<real> q_b, EllipseBlock<real>& block, u32 lane) {
   const Vec3<real> along = rotate3(anisotropy.side[lane] == 0 ? q_a : q_b,
                                    Vec3<real>{anisotropy.x[lane], anisotropy.y[lane], anisotropy.z[lane]});
-  const real d_1 = dot3(c.tangent_1, along), d_2 = dot3(c.tangent_2, along), squared = d_1 * d_1 + d_2 * d_2;
+  const real along_1 = dot3(c.tangent_1, along), along_2 = dot3(c.tangent_2, along);
+  const bool perpendicular = anisotropy.perpendicular[lane] != 0;
+  const real d_1 = perpendicular ? -along_2 : along_1, d_2 = perpendicular ? along_1 : along_2;
+  const real squared = d_1 * d_1 + d_2 * d_2;
   const bool is_oval = squared > real(1e-6);
   const real across = is_oval ? anisotropy.across[lane] : real(1),
              more = is_oval ? (real(1) - across) / squared : real(0);
   block.s_11[lane] = across + more * (d_1 * d_1);
   block.s_12[lane] = more * (d_1 * d_2);
   block.s_22[lane] = across + more * (d_2 * d_2);
+  block.degenerate[lane] = across > 0 ? real(0) : real(1);
   return ellipse_of(block, lane);
 }
 

@@ -47,6 +47,35 @@ Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> a
   return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
 }
 
+/// Whether nothing can push the body and it rotates.
+template <class real>
+bool carries_around(const Motion<real>& body) {
+  return body.inverse_mass == real(0) && dot3(vec3(body.w), vec3(body.w)) > real(0);
+}
+
+/// The pose after `time` at a velocity, a small rotation.
+template <class real>
+Pose<real> predicted_pose(const Pose<real>& pose, const Velocity<real>& velocity, real time) {
+  return {add3(pose.position, scale3(time, vec3(velocity.v))),
+          correct_orientation(pose.orientation, scale3(time, vec3(velocity.w)))};
+}
+
+/// On a body that carries others around points go along arcs, whose chord is along the velocity in the middle of the
+/// sub-step; along that of its start what rests on a turntable is moved outwards. The velocities of such pairs are
+/// taken where the contact will be, with the velocities of the start, at the time for which that makes their mean the
+/// chord to second order: (1 - theta) u_old + theta u_new, u_new taken at h / (2 theta).
+template <class real>
+void predict_arms(const StepParams<real>& p, const ContactPoint<real>& point, u32 frame, const Pose<real>& pose_a,
+                  const Pose<real>& pose_b, const Velocity<real>& old_a, const Velocity<real>& old_b,
+                  CurrentContact<real>& current) {
+  if (!(p.theta > real(0)) || frame == NORMAL_OF_IMPACT) return;
+  const real time = real(0.5) * p.dt / p.theta;
+  const CurrentContact<real> predicted =
+      current_contact(point, frame, predicted_pose(pose_a, old_a, time), predicted_pose(pose_b, old_b, time));
+  current.arm_a = predicted.arm_a;
+  current.arm_b = predicted.arm_b;
+}
+
 /// What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0.
 template <class real>
 struct NormalLaw {
@@ -192,21 +221,23 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
-  const CurrentContact<real> current =
-      current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
+  const ContactPoint<real> point = contact_point_of(points, lane);
+  CurrentContact<real> current = current_contact(point, points.frame[lane], pose_a, pose_b);
   const real inner_radius = points.inner_radius[lane];
   if (params.substep == 0) {
     raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP, -current.gap);
     if (inner_radius > 0) raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP_RATIO, -current.gap / inner_radius);
   }
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
+  const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
+  if (carries_around(motion_a) || carries_around(motion_b))
+    predict_arms(params, point, points.frame[lane], pose_a, pose_b, old_a, old_b, current);
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
   const Vec3<real> n = current.normal;
   const auto [t1, t2] = tangents(n);
   const Vec3<real> arm_a = central ? central_arm(motion_a, n, current.arm_a) : current.arm_a;
   const Vec3<real> arm_b = central ? central_arm(motion_b, n, current.arm_b) : current.arm_b;
 
-  const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
   const Vec3<real> old =
       sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b)));
   const real u_old = dot3(n, old);

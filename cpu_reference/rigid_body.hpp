@@ -82,12 +82,77 @@ Vec4<real> make_vec4(Quat<real> q) {
   return {q.x, q.y, q.z, q.w};
 }
 
-/// The orientation after rotating with w (world frame) for dt: q' = q + dt G(q) w (survey eq. 1, where G^T G is
-/// 1/4 times the identity) brought back to unit length. This is the Cayley map, a rotation by 2 atan(|w| dt / 2).
+/// tan(z) / z for y = z^2, as a fraction: the eleventh convergent of z / (1 - y / (3 - y / (5 - ...))) (Lambert 1768),
+/// exact to rounding in double for |z| up to pi / 2, where the denominator is zero.
+template <class real>
+struct TangentRatio {
+  real numerator, denominator;
+};
+template <class real>
+TangentRatio<real> tangent_ratio(real y) {
+  const real n = y * (real(1) / real(6409935) - y * (real(1) / real(13749310575.0)));
+  const real d = y * (real(1) / real(305235) - y * (real(2) / real(416645775)));
+  return {real(1) - y * (real(1) / real(7) - y * (real(4) / real(855) - y * (real(1) / real(20349) - n))),
+          real(1) - y * (real(10) / real(21) - y * (real(4) / real(133) - y * (real(8) / real(14535) - d)))};
+}
+/// Half angles are taken modulo pi beyond pi / 2.
+template <class real>
+constexpr real half_pi_squared = real(2.4674011002723395);
+
+/// The rotation of a body that rotates with w for dt, by the angle |w| dt: (N z, D) along the quaternion
+/// (sin |z| z / |z|, cos |z|), z = w dt / 2 and N / D = tan |z| / |z|. Not of unit length.
+template <class real>
+Quat<real> rotation_by(Vec3<real> w, real dt) {
+  Vec3<real> z = scale3(real(0.5) * dt, w);
+  real y = dot3(z, z);
+  if (y > half_pi_squared<real>) {
+    const real pi = real(3.14159265358979323846);
+    const real angle = std::sqrt(y);
+    const real rest = angle - std::floor(angle / pi + real(0.5)) * pi;
+    z = scale3(rest / angle, z);
+    y = rest * rest < half_pi_squared<real> ? rest * rest : half_pi_squared<real>;  // a huge angle is all rounding
+  }
+  const TangentRatio<real> ratio = tangent_ratio(y);
+  return {ratio.numerator * z.x, ratio.numerator * z.y, ratio.numerator * z.z, ratio.denominator};
+}
+
+/// v rotated by a quaternion of any length. What is added to v is small where v is nearly along the axis, and so is its
+/// rounding.
+template <class real>
+Vec3<real> rotate_by(Quat<real> rotation, Vec3<real> v) {
+  const Vec3<real> u = {rotation.x, rotation.y, rotation.z};
+  const Vec3<real> t = add3(cross3(u, v), scale3(rotation.w, v));
+  return add3(v, scale3(real(2) / (dot3(u, u) + rotation.w * rotation.w), cross3(u, t)));
+}
+
+/// The orientation after rotating with w (world frame) for dt: that of the differential equation q' = G(q) w
+/// (survey eq. 1) for a constant w.
 template <class real>
 Quat<real> integrate_orientation(Quat<real> q, Vec3<real> w, real dt) {
-  const real h = real(0.5) * dt;
-  return unit4(multiply4(Quat<real>{h * w.x, h * w.y, h * w.z, real(1)}, q));
+  return unit4(multiply4(rotation_by(w, dt), q));
+}
+
+/// The orientation after a small rotation vector: the Cayley map, which rotates by 2 atan(|angle| / 2). It misses by a
+/// twelfth of the angle's cube, which does not count where an iteration corrects what it leaves.
+template <class real>
+Quat<real> correct_orientation(Quat<real> q, Vec3<real> angle) {
+  const real h = real(0.5);
+  return unit4(multiply4(Quat<real>{h * angle.x, h * angle.y, h * angle.z, real(1)}, q));
+}
+
+template <class real>
+FreeRotation<real> make_free_rotation(Quat<real> rotation, Vec3<real> w, real slack) {
+  return {{rotation.x, rotation.y, rotation.z, rotation.w}, {w.x, w.y, w.z}, slack};
+}
+template <class real>
+Quat<real> free_rotation(const FreeRotation<real>& free) {
+  return {free.rotation[0], free.rotation[1], free.rotation[2], free.rotation[3]};
+}
+/// Whether no impulse has changed the angular velocity since.
+template <class real>
+bool is_free(const FreeRotation<real>& free, Vec3<real> w) {
+  const Vec3<real> change = sub3(w, vec3(free.w));
+  return dot3(change, change) <= free.slack;
 }
 
 /// A vector that keeps its components in the body frame while the body turns.

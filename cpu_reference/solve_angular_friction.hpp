@@ -36,7 +36,7 @@ TorsionVector<real> multiply(const TorsionDelassus<real>& w, TorsionVector<real>
 
 template <class real>
 Ellipse<real> ellipse_of(const EllipseBlock<real>& block, u32 lane) {
-  return {block.s_11[lane], block.s_12[lane], block.s_22[lane]};
+  return {block.s_11[lane], block.s_12[lane], block.s_22[lane], block.degenerate[lane]};
 }
 
 /// `ellipse`: none where the cone is round. Returns the square of by how much it changed the relative velocity; rolling

@@ -28,10 +28,12 @@ template <class real>
 constexpr int torsion_cone_steps = sizeof(real) == 8 ? 14 : 10;
 
 /// S of an ellipse of friction (kernels/friction_types.h), the unit matrix of a round cone: with r_t = S r'_t and
-/// u'_t = S u_t the cone of r' is round, and its block is S W S.
+/// u'_t = S u_t the cone of r' is round, and its block is S W S. Of a degenerate ellipse S projects on a direction;
+/// across it r' does nothing, and gets w_nn as its own block and no velocity, so that it is 0.
 template <class real>
 struct Ellipse {
   real s_11 = 1, s_12 = 0, s_22 = 1;
+  real degenerate = 0;
 };
 
 template <class real>
@@ -42,9 +44,11 @@ TorsionVector<real> stretch(const Ellipse<real>& s, TorsionVector<real> r) {
 
 template <class real>
 TorsionVector<real> shrink(const Ellipse<real>& s, TorsionVector<real> r) {
-  const real determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
-  return {r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
-          (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.torsion};
+  const real s_11 = s.s_11 + s.degenerate * (real(1) - s.s_11), s_12 = s.s_12 - s.degenerate * s.s_12,
+             s_22 = s.s_22 + s.degenerate * (real(1) - s.s_22);
+  const real determinant = s_11 * s_22 - s_12 * s_12;
+  return {r.normal, (s_22 * r.tangent_1 - s_12 * r.tangent_2) / determinant,
+          (s_11 * r.tangent_2 - s_12 * r.tangent_1) / determinant, r.torsion};
 }
 
 template <class real>
@@ -52,9 +56,10 @@ TorsionDelassus<real> stretch(const Ellipse<real>& s, const TorsionDelassus<real
   const real w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;  // rows of W S
   const real w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
   TorsionDelassus<real> r = w;
-  r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
-  r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
-  r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
+  const real own = s.degenerate * w.nn;
+  r.t11 = s.s_11 * w_11 + s.s_12 * w_21 + own * (real(1) - s.s_11);
+  r.t12 = s.s_11 * w_12 + s.s_12 * w_22 - own * s.s_12;
+  r.t22 = s.s_12 * w_12 + s.s_22 * w_22 + own * (real(1) - s.s_22);
   r.n1 = s.s_11 * w.n1 + s.s_12 * w.n2;
   r.n2 = s.s_12 * w.n1 + s.s_22 * w.n2;
   r.s1 = s.s_11 * w.s1 + s.s_12 * w.s2;

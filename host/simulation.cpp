@@ -193,6 +193,20 @@ std::vector<Event> Simulation<real>::events() {
 }
 
 template <class real>
+std::vector<Pair> Simulation<real>::touching() {
+  if (!has(backend_->features(), Feature::events)) return {};
+  const Buffer wanted[] = {Buffer::touching_count, Buffer::touching};
+  const Buffers<real>& current = backend_->download(wanted);
+  return {current.touching.begin(), current.touching.begin() + current.touching_count[0]};
+}
+
+template <class real>
+std::vector<PairEvent> Simulation<real>::events(const EventGroups& groups) {
+  const std::vector<Event> all = events();
+  return groups.merge(all, all.empty() || !groups.merges() ? std::vector<Pair>() : touching());
+}
+
+template <class real>
 std::vector<WorldHash> Simulation<real>::world_hashes() {
   backend_->run(Stage::hash_state, params_);
   const Buffer wanted[] = {Buffer::world_hashes};

@@ -7,6 +7,7 @@
 
 #include "host/backends/backend.hpp"
 #include "host/scene/compile.hpp"
+#include "host/scene/event_groups.hpp"
 
 namespace lockstep {
 
@@ -67,6 +68,11 @@ class Simulation {
   /// Who began and who ceased to touch in the last step (kernels/types.h says in which order); nothing in a scene that
   /// does not ask for events (docs/events.md).
   std::vector<Event> events();
+  /// The same of the shapes or bodies of the scene, as its setting `event_pairs` says: the triangles of a surface are
+  /// shapes to the step.
+  std::vector<PairEvent> events(const EventGroups& groups);
+  /// The pairs of shapes that touch since the last step, in order.
+  std::vector<Pair> touching();
 
   /// What each ray meets first: solid shapes only, from outside. Bit for bit the same everywhere; the kernels are built
   /// at the first question. Throws Error (input) for a ray that makes no sense, and in a scene whose shapes cannot

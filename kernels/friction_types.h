@@ -41,18 +41,22 @@ RECORD(StaticFrictionBlock) { real friction[PACK], speed[PACK]; };
 
 // mu is that along the axis of anisotropy, the x axis of a shape.
 RECORD(AnisotropyPair) {
-  real across;    // in parts of mu; 1: isotropic
-  u32 side, pad;  // 0: the axis is that of shape a, 1: of shape b
+  real across;        // in parts of mu; 1: isotropic, 0: friction along the axis alone
+  u32 side;           // 0: the axis is that of shape a, 1: of shape b
+  u32 perpendicular;  // 1: no friction along that axis; mu and `across` are for the one across it in the tangent plane
 };
 
 RECORD(AnisotropyBlock) {
   real x[PACK], y[PACK], z[PACK];  // along the axis, unit, in the frame of the body whose it is
   real across[PACK];
-  u32 side[PACK];
+  u32 side[PACK], perpendicular[PACK];
 };
 
 // S, symmetric, in the tangent plane: mu along the axis and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
 // r_n.
-RECORD(EllipseBlock) { real s_11[PACK], s_12[PACK], s_22[PACK]; };
+RECORD(EllipseBlock) {
+  real s_11[PACK], s_12[PACK], s_22[PACK];
+  real degenerate[PACK];  // 1: friction acts along one direction alone and S projects on it; else 0
+};
 
 #endif

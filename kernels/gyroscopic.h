@@ -7,6 +7,8 @@
 
 #define GYROSCOPIC_ITERATIONS 8u
 #define MAX_GYROSCOPIC_SUBSTEPS 64u
+#define GYROSCOPIC_TOLERANCE (REAL_IS_DOUBLE ? (real)1e-17 : (real)1e-8)
+#define FREE_SHARE ((real)1e-6)
 
 static inline Vec3 gyroscopic_ratios(Mass mass) {
   return make3((mass.inertia[2] - mass.inertia[1]) * mass.inverse_inertia[0],
@@ -35,22 +37,60 @@ static inline Vec3 gyroscopic_substep(Vec3 ratios, Vec3 w, Vec3 delta_w, real th
     const Vec3 row_x = make3((real)1, a.x * y.z, a.x * y.y);
     const Vec3 row_y = make3(a.y * y.z, (real)1, a.y * y.x);
     const Vec3 row_z = make3(a.z * y.y, a.z * y.x, (real)1);
-    x = sub3(x, solve3(row_x, row_y, row_z, defect));
+    const Vec3 change = solve3(row_x, row_y, row_z, defect);
+    x = sub3(x, change);
+    if (dot3(change, change) <= GYROSCOPIC_TOLERANCE * dot3(x, x)) break;
   }
   return x;
 }
 
-static inline Vec3 gyroscopic_step(Vec3 ratios, Vec3 w, Vec3 delta_w, real theta, real dt) {
-  if (theta == (real)0) return sub3(add3(w, delta_w), scale3(dt, gyroscopic_term(ratios, w)));
+typedef struct FreeStep {
+  Vec3 w;         // after the step, in the frame that has rotated by then
+  Quat rotation;  // in the frame before the step, not of unit length
+} FreeStep;
 
-  const real angle_squared = dot3(w, w) * (dt * dt);
+static inline Vec3 relative_momentum(Mass mass, Vec3 w) {
+  const real unit = mass.inverse_inertia[0];
+  return make3(w.x, (mass.inertia[1] * unit) * w.y, (mass.inertia[2] * unit) * w.z);
+}
+
+static inline Quat missing_rotation(Vec3 momentum, Vec3 z) {
+  const real squared = dot3(momentum, momentum), y = dot3(z, z);
+  if (!(squared > (real)0) || !(y < (real)1)) return make4((real)0, (real)0, (real)0, (real)1);
+  const TangentRatio ratio = tangent_ratio(y);
+  const Vec3 along = scale3(dot3(momentum, z) / squared * (ratio.numerator - ratio.denominator), momentum);
+  return make4(along.x, along.y, along.z, ratio.denominator + y * ratio.numerator);
+}
+
+static inline FreeStep gyroscopic_step(Mass mass, Vec3 w, Vec3 delta_w, real theta, real position_theta, real dt) {
+  FreeStep step;
+  const Vec3 ratios = gyroscopic_ratios(mass);
+  const Vec3 end = add3(w, delta_w);
+  const real old_squared = dot3(w, w), end_squared = dot3(end, end);
+  const real angle_squared = (old_squared < end_squared ? end_squared : old_squared) * (dt * dt);
   u32 substeps = 1u;
   while (substeps < MAX_GYROSCOPIC_SUBSTEPS && (real)(substeps * substeps) < angle_squared) substeps += substeps;
-  if ((real)(substeps * substeps) < angle_squared) return add3(w, delta_w);
+  const bool too_fast = (real)(substeps * substeps) < angle_squared;
+  if (theta == (real)0 || too_fast) {
+    step.rotation = rotation_by(add3(w, scale3(position_theta, delta_w)), dt);
+    step.w = too_fast ? end : sub3(end, scale3(dt, gyroscopic_term(ratios, w)));
+    return step;
+  }
 
   const real share = (real)1 / (real)substeps;
-  for (u32 i = 0u; i < substeps; ++i) w = gyroscopic_substep(ratios, w, scale3(share, delta_w), theta, share * dt);
-  return w;
+  const real substep_dt = share * dt;
+  const Vec3 substep_delta_w = scale3(share, delta_w);
+  step.rotation = make4((real)0, (real)0, (real)0, (real)1);
+  for (u32 i = 0u; i < substeps; ++i) {
+    const Vec3 x = gyroscopic_substep(ratios, w, substep_delta_w, theta, substep_dt);
+    const Vec3 mean_w = add3(mean3(theta, w, x), scale3(position_theta - theta, substep_delta_w));
+    const Vec3 z = scale3((real)0.5 * substep_dt, mean_w);
+    step.rotation = multiply4(
+        step.rotation, multiply4(missing_rotation(relative_momentum(mass, w), z), make4(z.x, z.y, z.z, (real)1)));
+    w = x;
+  }
+  step.w = w;
+  return step;
 }
 
 #endif

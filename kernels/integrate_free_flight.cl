@@ -8,7 +8,7 @@
 
 // The formulas and their sources are in cpu_reference/integrate_free_flight.hpp.
 
-// An orientation and the angular velocity in the body frame, or their rates.
+// An orientation and the angular velocity in the body frame.
 typedef struct RotationState {
   Quat q;
   Vec3 w;
@@ -20,32 +20,32 @@ typedef struct RotationLaw {
   Vec3 weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
 } RotationLaw;
 
-static inline RotationState rotation_after(RotationState start, RotationState rate, real dt) {
-  RotationState state;
-  state.q =
-      make4(start.q.x + dt * rate.q.x, start.q.y + dt * rate.q.y, start.q.z + dt * rate.q.z, start.q.w + dt * rate.q.w);
-  state.w = add3(start.w, scale3(dt, rate.w));
-  return state;
+static inline Quat rotate_in_body(Quat q, Vec3 u) { return unit4(multiply4(q, rotation_by(u, (real)1))); }
+static inline Vec3 delta_w(RotationLaw law, Quat q, Vec3 w, real dt) {
+  const Vec3 moment = cross3(law.com_offset, unrotate3(q, law.weight));
+  return scale3(dt, sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, w)));
 }
-static inline RotationState rotation_rate(RotationLaw law, RotationState state) {
-  const real h = (real)0.5;
-  const Vec3 moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
-  RotationState rate;
-  rate.q = multiply4(state.q, make4(h * state.w.x, h * state.w.y, h * state.w.z, (real)0));
-  rate.w = sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w));
-  return rate;
+static inline Vec3 runge_kutta_mean(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  return scale3((real)1 / (real)6, add3(add3(a, d), scale3((real)2, add3(b, c))));
 }
 static inline RotationState rotation_step(RotationLaw law, RotationState start, real dt) {
-  const real half_dt = (real)0.5 * dt;
-  const RotationState rate_1 = rotation_rate(law, start);
-  const RotationState rate_2 = rotation_rate(law, rotation_after(start, rate_1, half_dt));
-  const RotationState rate_3 = rotation_rate(law, rotation_after(start, rate_2, half_dt));
-  const RotationState rate_4 = rotation_rate(law, rotation_after(start, rate_3, dt));
-  RotationState end = rotation_after(start, rate_1, dt / (real)6);
-  end = rotation_after(end, rate_2, dt / (real)3);
-  end = rotation_after(end, rate_3, dt / (real)3);
-  end = rotation_after(end, rate_4, dt / (real)6);
-  end.q = unit4(end.q);
+  const real halved = (real)0.5;
+  const Vec3 angle_1 = scale3(dt, start.w), change_1 = delta_w(law, start.q, start.w, dt);
+  const Quat q_2 = rotate_in_body(start.q, scale3(halved, angle_1));
+  const Vec3 w_2 = add3(start.w, scale3(halved, change_1));
+  const Vec3 angle_2 = scale3(dt, w_2), change_2 = delta_w(law, q_2, w_2, dt);
+  const Quat q_3 =
+      rotate_in_body(start.q, add3(scale3(halved, angle_2), scale3((real)0.125, cross3(angle_1, angle_2))));
+  const Vec3 w_3 = add3(start.w, scale3(halved, change_2));
+  const Vec3 angle_3 = scale3(dt, w_3), change_3 = delta_w(law, q_3, w_3, dt);
+  const Quat q_4 = rotate_in_body(start.q, angle_3);
+  const Vec3 w_4 = add3(start.w, change_3);
+  const Vec3 angle_4 = scale3(dt, w_4), change_4 = delta_w(law, q_4, w_4, dt);
+  const Vec3 rotation =
+      add3(runge_kutta_mean(angle_1, angle_2, angle_3, angle_4), scale3((real)1 / (real)12, cross3(angle_1, angle_4)));
+  RotationState end;
+  end.q = rotate_in_body(start.q, rotation);
+  end.w = add3(start.w, runge_kutta_mean(change_1, change_2, change_3, change_4));
   return end;
 }
 

@@ -8,8 +8,8 @@
 // The formulas and their sources are in cpu_reference/integrate_positions.hpp.
 kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Pivot* pivots,
                                 global const Sleeper* sleepers, global const Velocity* previous_velocities,
-                                global Vec4* positions, global Vec4* orientations, global Motion* motions,
-                                global u32* counters) {
+                                global const FreeRotation* free_rotations, global Vec4* positions,
+                                global Vec4* orientations, global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -17,7 +17,7 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
     if (info.kind == BODY_STATIC || is_asleep(sleepers, i)) continue;
     const bool dynamic = info.kind == BODY_DYNAMIC;
     const bool pivoted = dynamic && IS_PIVOTED(pivots, i);
-    const bool carried = dynamic && IS_GYROSCOPIC(params, info) && params.theta != (real)1;
+    const bool gyroscopic = dynamic && IS_GYROSCOPIC(params, info);
 
     Motion motion = motions[i];
     Vec3 v = vec3(motion.v);
@@ -25,11 +25,19 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
     if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_CONTACTS, i);
     const Velocity previous = previous_velocities[i];
     const Vec3 mean_v = mean3(params.theta, vec3(previous.v), v);
-    const Vec3 mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat old_q = quat(orientations[i]);
-    const Quat q = integrate_orientation(old_q, mean_w, params.dt);
-    if (carried) w = carry3(old_q, q, w);
+    bool free = false;
+    Quat rotation;
+    if (gyroscopic && !pivoted) {
+      const FreeRotation own = free_rotations[i];
+      free = is_free(own, w);
+      if (free) rotation = free_rotation(own);
+    }
+    if (!free) rotation = rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+    const Quat q = unit4(multiply4(rotation, old_q));
+    const bool carried = free || (gyroscopic && params.theta != (real)1);
+    if (carried) w = rotate_by(rotation, w);
 
     Vec4 position = positions[i];
     Vec3 x = vec3_of(position);

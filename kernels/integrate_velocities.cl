@@ -26,7 +26,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
                                  global const Load* loads, global const Load* particle_loads,
                                  global const Sleeper* sleepers, global const Vec4* positions,
                                  global const Vec4* orientations, global Velocity* previous_velocities,
-                                 global Motion* motions, global u32* counters) {
+                                 global FreeRotation* free_rotations, global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   BodiesMeasure measure = {(real)0, 0, 0};
 
@@ -42,6 +42,8 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
     if (params.substep == 0u && info.kind == BODY_DYNAMIC)
       measure_body(params.units_per_joule, mass, info, IS_PIVOTED(pivots, i), vec3_of(gravities[info.world]),
                    vec3_of(positions[i]), q, v, w, &measure);
+
+    FreeRotation record = {{(real)0, (real)0, (real)0, (real)0}, {(real)0, (real)0, (real)0}, (real)0};
 
     if (info.kind == BODY_DYNAMIC && !is_asleep(sleepers, i)) {
       const Vec3 gravity = vec3_of(gravities[info.world]);
@@ -62,13 +64,20 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
           if (pivoted) moment = add3(moment, cross3(com_offset_world(pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        Vec3 w_body = unrotate3(q, w);
+        Vec3 change = delta_w;
+        FreeStep step;
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
-        } else {
-          w_body = add3(w_body, delta_w);
+          const Vec3 w_body = unrotate3(q, w);
+          step = gyroscopic_step(mass, w_body, delta_w, params.gyroscopic_theta, params.theta, params.dt);
+          change = sub3(step.w, w_body);
         }
-        w = rotate3(q, w_body);
+        w = add3(w, rotate3(q, change));
+        if (gyroscopic && !pivoted) {
+          const Vec3 axis = rotate3(q, make3(step.rotation.x, step.rotation.y, step.rotation.z));
+          const Vec3 gyroscopic_change = sub3(change, delta_w);
+          record = make_free_rotation(make4(axis.x, axis.y, axis.z, step.rotation.w), w,
+                                      FREE_SHARE * dot3(gyroscopic_change, gyroscopic_change));
+        }
       } else if (IS_LOADED) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
@@ -85,6 +94,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_FORCES, i);
     }
 
+    if (FEATURE_GYROSCOPIC) free_rotations[i] = record;
     store3(motion.v, v);
     store3(motion.w, w);
     motions[i] = motion;

@@ -56,6 +56,7 @@ static inline void pack_anisotropy(u32 lane, AnisotropyPair pair, Vec3 along, gl
   block->z[lane] = along.z;
   block->across[lane] = pair.across;
   block->side[lane] = pair.side;
+  block->perpendicular[lane] = pair.perpendicular;
 }
 
 // The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.

@@ -28,7 +28,9 @@ static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContac
   const Lane3 own = lane_load_xyz(anisotropy->x + first, anisotropy->y + first, anisotropy->z + first);
   const lane_mask of_a = LANE_MASK(LANE_LOAD_U32(anisotropy->side + first) == (lane_u32)0);
   const Lane3 along = lane_select3(of_a, lane_rotate3(q_a, own), lane_rotate3(q_b, own));
-  const lane d_1 = lane_dot3(c.tangent_1, along), d_2 = lane_dot3(c.tangent_2, along);
+  const lane along_1 = lane_dot3(c.tangent_1, along), along_2 = lane_dot3(c.tangent_2, along);
+  const lane_mask perpendicular = LANE_MASK(LANE_LOAD_U32(anisotropy->perpendicular + first) != (lane_u32)0);
+  const lane d_1 = perpendicular ? -along_2 : along_1, d_2 = perpendicular ? along_1 : along_2;
   const lane squared = d_1 * d_1 + d_2 * d_2;
   const lane_mask is_oval = squared > (lane)(real)1e-6;
   const lane across = is_oval ? LANE_LOAD(anisotropy->across + first) : (lane)1;
@@ -37,9 +39,11 @@ static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContac
   s.s_11 = across + more * (d_1 * d_1);
   s.s_12 = more * (d_1 * d_2);
   s.s_22 = across + more * (d_2 * d_2);
+  s.degenerate = across > (lane)0 ? (lane)0 : (lane)1;
   lane_store_where(there, s.s_11, block->s_11 + first);
   lane_store_where(there, s.s_12, block->s_12 + first);
   lane_store_where(there, s.s_22, block->s_22 + first);
+  lane_store_where(there, s.degenerate, block->degenerate + first);
   return s;
 }
 #endif

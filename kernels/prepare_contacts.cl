@@ -84,6 +84,38 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
 #endif
 }
 
+// Where the body of a lane cannot be pushed and rotates.
+static inline lane_mask prepare_carries_around(const LaneBody* body) {
+  return (body->inverse_mass == (lane)0) & (lane_dot3(body->w, body->w) > (lane)0);
+}
+
+static inline PrepareBody prepare_predicted(const PrepareBody* body, lane time) {
+  const Lane3 z = lane_scale3((lane)0.5, lane_scale3(time, body->old_w));
+  const LaneQuat half_rotation = {z.x, z.y, z.z, (lane)1};
+  const LaneQuat q = lane_multiply4(half_rotation, body->orientation);
+  const lane s = (lane)1 / sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  PrepareBody predicted = *body;
+  predicted.position = lane_add3(body->position, lane_scale3(time, body->old_v));
+  predicted.orientation.x = s * q.x;
+  predicted.orientation.y = s * q.y;
+  predicted.orientation.z = s * q.z;
+  predicted.orientation.w = s * q.w;
+  return predicted;
+}
+
+static inline void prepare_predicted_arms(const StepParams* p, u32 first, global const PointBlock* points,
+                                          const PrepareBody* a, const PrepareBody* b, LaneCurrentContact* current) {
+  const lane_mask carried = (prepare_carries_around(&a->motion) | prepare_carries_around(&b->motion)) &
+                            LANE_MASK(LANE_LOAD_U32(points->frame + first) != (lane_u32)NORMAL_OF_IMPACT);
+  if (!(p->theta > (real)0) || !LANE_ANY(carried)) return;
+  const lane time = (lane)((real)0.5 * p->dt / p->theta);
+  const PrepareBody predicted_a = prepare_predicted(a, time), predicted_b = prepare_predicted(b, time);
+  LaneCurrentContact predicted;
+  lane_current_contact(first, points, &predicted_a, &predicted_b, &predicted);
+  current->arm_a = lane_select3(carried, predicted.arm_a, current->arm_a);
+  current->arm_b = lane_select3(carried, predicted.arm_b, current->arm_b);
+}
+
 // What of an overlap is taken back: what is beyond the slop, at a speed up to the limit.
 typedef struct LaneCorrection {
   lane slop, limit;
@@ -243,6 +275,7 @@ static inline void prepare_row(
     global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses, LaneOverlap* overlap) {
   LaneCurrentContact current;
   lane_current_contact(first, points, a, b, &current);
+  prepare_predicted_arms(params, first, points, a, b, &current);
   const lane inner_radius = LANE_LOAD(points->inner_radius + first);
   note_overlap(there, current.gap, inner_radius, overlap);
   const Lane3 n = current.normal;
@@ -276,7 +309,7 @@ static inline void prepare_row(
 #if FEATURE_ANGULAR_FRICTION
   const LaneContact contact = {n, t1, t2, arm_a, arm_b};
   const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
-  LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
+  LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1, (lane)0};
 #if FEATURE_ELLIPTIC_FRICTION
   ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, anisotropy, ellipses);
 #endif

@@ -74,9 +74,64 @@ static inline Vec4 make_vec4(Quat q) {
   return a;
 }
 
-static inline Quat integrate_orientation(Quat q, Vec3 w, real dt) {
-  const real h = (real)0.5 * dt;
-  return unit4(multiply4(make4(h * w.x, h * w.y, h * w.z, (real)1), q));
+// tan(z) / z for y = z^2, as a fraction.
+typedef struct TangentRatio {
+  real numerator, denominator;
+} TangentRatio;
+static inline TangentRatio tangent_ratio(real y) {
+  const real n = y * ((real)1 / (real)6409935 - y * ((real)1 / (real)13749310575.0));
+  const real d = y * ((real)1 / (real)305235 - y * ((real)2 / (real)416645775));
+  TangentRatio ratio;
+  ratio.numerator = (real)1 - y * ((real)1 / (real)7 - y * ((real)4 / (real)855 - y * ((real)1 / (real)20349 - n)));
+  ratio.denominator = (real)1 - y * ((real)10 / (real)21 - y * ((real)4 / (real)133 - y * ((real)8 / (real)14535 - d)));
+  return ratio;
+}
+#define HALF_PI_SQUARED ((real)2.4674011002723395)
+
+// The rotation of a body that rotates with w for dt; not of unit length.
+static inline Quat rotation_by(Vec3 w, real dt) {
+  Vec3 z = scale3((real)0.5 * dt, w);
+  real y = dot3(z, z);
+  if (y > HALF_PI_SQUARED) {
+    const real pi = (real)3.14159265358979323846;
+    const real angle = sqrt(y);
+    const real rest = angle - floor(angle / pi + (real)0.5) * pi;
+    z = scale3(rest / angle, z);
+    y = rest * rest < HALF_PI_SQUARED ? rest * rest : HALF_PI_SQUARED;
+  }
+  const TangentRatio ratio = tangent_ratio(y);
+  return make4(ratio.numerator * z.x, ratio.numerator * z.y, ratio.numerator * z.z, ratio.denominator);
+}
+
+static inline Vec3 rotate_by(Quat rotation, Vec3 v) {
+  const Vec3 u = make3(rotation.x, rotation.y, rotation.z);
+  const Vec3 t = add3(cross3(u, v), scale3(rotation.w, v));
+  return add3(v, scale3((real)2 / (dot3(u, u) + rotation.w * rotation.w), cross3(u, t)));
+}
+
+static inline Quat integrate_orientation(Quat q, Vec3 w, real dt) { return unit4(multiply4(rotation_by(w, dt), q)); }
+
+static inline Quat correct_orientation(Quat q, Vec3 angle) {
+  const real h = (real)0.5;
+  return unit4(multiply4(make4(h * angle.x, h * angle.y, h * angle.z, (real)1), q));
+}
+
+static inline FreeRotation make_free_rotation(Quat rotation, Vec3 w, real slack) {
+  FreeRotation free;
+  free.rotation[0] = rotation.x;
+  free.rotation[1] = rotation.y;
+  free.rotation[2] = rotation.z;
+  free.rotation[3] = rotation.w;
+  store3(free.w, w);
+  free.slack = slack;
+  return free;
+}
+static inline Quat free_rotation(FreeRotation free) {
+  return make4(free.rotation[0], free.rotation[1], free.rotation[2], free.rotation[3]);
+}
+static inline bool is_free(FreeRotation free, Vec3 w) {
+  const Vec3 change = sub3(w, vec3(free.w));
+  return dot3(change, change) <= free.slack;
 }
 
 static inline Vec3 carry3(Quat old_q, Quat new_q, Vec3 a) { return rotate3(new_q, unrotate3(old_q, a)); }

@@ -33,6 +33,7 @@ static inline LaneEllipse lane_ellipse(global const EllipseBlock* block, u32 fir
   s.s_11 = LANE_LOAD(block->s_11 + first);
   s.s_12 = LANE_LOAD(block->s_12 + first);
   s.s_22 = LANE_LOAD(block->s_22 + first);
+  s.degenerate = LANE_LOAD(block->degenerate + first);
   return s;
 }
 #endif

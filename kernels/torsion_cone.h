@@ -41,6 +41,7 @@ static inline LaneTorsion lane_clamp_to_torsion_cone(LaneTorsion r, lane frictio
 // S of an ellipse of friction.
 typedef struct LaneEllipse {
   lane s_11, s_12, s_22;
+  lane degenerate;
 } LaneEllipse;
 
 #if FEATURE_ELLIPTIC_FRICTION
@@ -50,18 +51,21 @@ static inline LaneTorsion lane_stretch(LaneEllipse s, LaneTorsion r) {
 }
 
 static inline LaneTorsion lane_shrink(LaneEllipse s, LaneTorsion r) {
-  const lane determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
-  return lane_make_torsion(r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
-                           (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.torsion);
+  const lane s_11 = s.s_11 + s.degenerate * ((lane)1 - s.s_11), s_12 = s.s_12 - s.degenerate * s.s_12,
+             s_22 = s.s_22 + s.degenerate * ((lane)1 - s.s_22);
+  const lane determinant = s_11 * s_22 - s_12 * s_12;
+  return lane_make_torsion(r.normal, (s_22 * r.tangent_1 - s_12 * r.tangent_2) / determinant,
+                           (s_11 * r.tangent_2 - s_12 * r.tangent_1) / determinant, r.torsion);
 }
 
 static inline LaneTorsionDelassus lane_stretch_block(LaneEllipse s, LaneTorsionDelassus w) {
   const lane w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;
   const lane w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
   LaneTorsionDelassus r = w;
-  r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
-  r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
-  r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
+  const lane own = s.degenerate * w.nn;
+  r.t11 = s.s_11 * w_11 + s.s_12 * w_21 + own * ((lane)1 - s.s_11);
+  r.t12 = s.s_11 * w_12 + s.s_12 * w_22 - own * s.s_12;
+  r.t22 = s.s_12 * w_12 + s.s_22 * w_22 + own * ((lane)1 - s.s_22);
   r.n1 = s.s_11 * w.n1 + s.s_12 * w.n2;
   r.n2 = s.s_12 * w.n1 + s.s_22 * w.n2;
   r.s1 = s.s_11 * w.s1 + s.s_12 * w.s2;

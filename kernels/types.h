@@ -265,13 +265,19 @@ INDEX_RECORD(HullFace) { u32 first_corner, corner_count; };
 // From vertex a to vertex b; the face on the left and on the right seen from outside. Indices within the hull.
 INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 
+// Of a gap between shapes (feature seams), as shares of the length of half the box around what comes: how wide it may
+// be for that to span it, and how deep below the edge that may be.
+#define SEAM_SPAN 0.5f
+#define SEAM_DIP 0.01f
+
 // A shape that covers edges of another one and never moves against it (feature seams), in the frame of that one: a box
-// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush.
+// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush; `has_gap`: there is
+// a gap between them.
 LINE_RECORD(Seam) {
   real offset[3], tolerance;
   real rotation[4];
   real size[4];
-  u32 kind, hull, pad[2];
+  u32 kind, hull, has_gap, pad;
 };
 
 RECORD(MaterialPair) { real friction, restitution; };
@@ -337,6 +343,13 @@ INDEX_RECORD(Sleeper) {
 LINE_RECORD(Velocity) {
   real v[3], pad_v;
   real w[3], pad_w;
+};
+
+// How an anisotropic body rotates in a sub-step in which no impulse acts on it (feature gyroscopic).
+LINE_RECORD(FreeRotation) {
+  real rotation[4];  // x y z w, world frame, not of unit length
+  real w[3];         // angular velocity after it, rad/s, as seen from the orientation before it
+  real slack;        // square of the change of w up to which no impulse has acted, rad^2/s^2
 };
 
 // ---- collision ---------------------------------------------------------------------------------------------------

@@ -56,11 +56,18 @@ void add_records(py::module_& module) {
   add_handle<JointHandle>(module, "Joint", "A joint of a World, as a Body is a body.");
 
   py::class_<BodyEvent>(module, "Event",
-                        "Two bodies began or ceased to touch in the last step, or entered or left a trigger.")
+                        "Two bodies began or ceased to touch in the last step, or entered or left a trigger. What is "
+                        "removed or teleported ceases to touch in the next step.")
       .def_property_readonly(
           "kind", [](const BodyEvent& event) { return name_of(event.kind); }, "'begin', 'end', 'enter' or 'leave'.")
       .def_readonly("a", &BodyEvent::a, "A Body; of 'enter' and 'leave' the one with the trigger.")
       .def_readonly("b", &BodyEvent::b, "The other Body.")
+      .def_readonly("shape_a", &BodyEvent::shape_a,
+                    "Of a, by its index in the body's description; of several the first.")
+      .def_readonly("shape_b", &BodyEvent::shape_b, "The same of b.")
+      .def_readonly("triangle_a", &BodyEvent::triangle_a,
+                    "Of a surface, with the setting `event_pairs` \"triangles\"; else None.")
+      .def_readonly("triangle_b", &BodyEvent::triangle_b, "The same of b.")
       .def("__repr__", [](const BodyEvent& event) {
         return fmt::format("<lockstep.Event {} of {} and {}>", name_of(event.kind), event.a.id, event.b.id);
       });

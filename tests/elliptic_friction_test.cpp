@@ -12,6 +12,7 @@
 namespace lockstep::elliptic_friction_test {
 namespace {
 
+const double pi = std::acos(-1.0);
 constexpr double gravity = 9.81, along = 0.6, across = 0.2;
 
 // A thin slab with its axis of anisotropy along x of its shape, which `yaw` rotates about z, on a floor.
@@ -85,6 +86,33 @@ TEST_P(EllipticFriction, SticksAlongTheAxisOfAnisotropyAlone) {
   }
 }
 
+// Friction along one direction alone: 0 along the axis and 1 across it, as of a skate, or the other way round. What is
+// pushed askew keeps its velocity in the one direction and is stopped by mu g in the other.
+TEST_P(EllipticFriction, ActsAlongOneDirectionAlone) {
+  for (const bool skate : {true, false}) {
+    for (const double yaw : {0.0, 30.0, 90.0}) {
+      Scene scene = slab(yaw, {0, 0, -gravity}, {0, 0, 0}, 0.001);
+      for (Material& material : scene.materials) {
+        if (material.name == "wood")
+          material.friction = skate ? 0 : 1, material.further.friction_across = skate ? 1 : 0;
+      }
+      const double c = std::cos(yaw * pi / 180), s = std::sin(yaw * pi / 180), mu = std::sqrt(0.6);
+      const Vector3 free = skate ? Vector3{c, s, 0} : Vector3{-s, c, 0}, stopped = {-free[1], free[0], 0};
+      for (int i = 0; i < 3; ++i) scene.bodies[1].velocity[i] = 2 * free[i] + 1 * stopped[i];
+      const auto component = [&](const Vector3& v, const Vector3& direction) {
+        return v[0] * direction[0] + v[1] * direction[1];
+      };
+      const BodyState soon = after(scene, 0.05), late = after(scene, 0.5);
+      EXPECT_NEAR(component(soon.v, free), 2, 1e-4) << yaw;
+      EXPECT_NEAR(component(soon.v, stopped), 1 - mu * gravity * 0.05, 1e-2) << yaw;
+      EXPECT_NEAR(component(late.v, free), 2, 1e-3) << yaw;
+      EXPECT_NEAR(component(late.v, stopped), 0, 1e-3) << yaw;
+      EXPECT_NEAR(late.w[2], 0, 1e-3) << yaw;
+      EXPECT_LT(residual_, 1e-4);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Precisions, EllipticFriction, testing::Values("float", "double"));
 
 Scene heap(const std::string& settings, const std::string& more) {
@@ -119,6 +147,14 @@ TYPED_TEST(EllipticTwins, Agree) {
   expect_twins_agree(compile<TypeParam>(heap(R"(, "solver": "small_steps", "substeps": 3)",
                                              R"(, "torsional_friction": 0.01, "rolling_friction": 0.002)")),
                      20, {DeviceOptions()});
+  Scene rails = heap("", "");
+  for (Material& material : rails.materials) {
+    if (material.name == "floor") material.friction = 0;
+    if (material.name == "wood") material.further.friction_across = 0;
+  }
+  expect_twins_agree(compile<TypeParam>(rails), 20, {DeviceOptions()});
+  rails.materials[1].further.torsional_friction = 0.01;
+  expect_twins_agree(compile<TypeParam>(rails), 20, {DeviceOptions()});
 }
 
 }  // namespace

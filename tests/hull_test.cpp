@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -11,6 +12,7 @@
 #include "host/scene/few_corners.hpp"
 #include "host/scene/mass_properties.hpp"
 #include "host/scene/read.hpp"
+#include "include/lockstep/world.hpp"
 #include "tests/shapes/oracle.hpp"
 #include "tests/worlds.hpp"
 
@@ -149,6 +151,46 @@ TEST(ConvexHull, MassAndMomentsAreThoseOfTheSolid) {
   for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(corner.center[k], 0.25, 1e-14);
   for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(corner.inertia[k], 6.0 / 80, 1e-14);
   for (unsigned k = 3; k < 6; ++k) EXPECT_NEAR(corner.inertia[k], 1.0 / 80, 1e-14);
+}
+
+// A sheet of 2 x 2 x 0.0002 m has the mass of a box of that size, falls on a floor, from level or tilted, and rests
+// there as the box does.
+TEST(ConvexHull, AThinSheetIsASolid) {
+  const Vector3 half = {1, 1, 1e-4};
+  EXPECT_EQ(hull_of(box_corners(half)).faces.size(), 6u);
+  EXPECT_EQ(hull_of(box_corners({1e-4, 1, 1e-4})).faces.size(), 6u);
+  ShapeDescription sheet;
+  sheet.kind = SHAPE_HULL;
+  ASSERT_EQ(set_hull(box_corners(half), sheet), "");
+  const ShapeDescription box = {.kind = SHAPE_BOX, .half_extents = half};
+  for (const char* precision : {"float", "double"}) {
+    for (const double tilt : {0.0, 0.2}) {
+      const auto after = [&](const ShapeDescription& shape) {
+        Scene scene;
+        scene.name = scene.source = "sheet";
+        scene.bodies.emplace_back();
+        scene.bodies[0].kind = BODY_STATIC;
+        scene.bodies[0].shapes.push_back({.kind = SHAPE_PLANE});
+        BodyDescription body;
+        body.shapes.push_back(shape);
+        make_solid(body, 2700);
+        EXPECT_NEAR(body.mass, 2700 * 2 * 2 * 2e-4, 1e-9);
+        EXPECT_NEAR(body.inertia[0], body.mass / 3, 1e-6);
+        body.position = {0, 0, 0.3};
+        body.orientation = {std::sin(tilt / 2), 0, 0, std::cos(tilt / 2)};
+        scene.bodies.push_back(body);
+        World world(scene, {.device = "reference", .precision = precision});
+        world.step(300);
+        return std::pair(world.pose(world.bodies()[1]), world.velocity(world.bodies()[1]));
+      };
+      const auto [pose, velocity] = after(sheet);
+      const auto [pose_of_box, velocity_of_box] = after(box);
+      EXPECT_NEAR(pose.position[2], 1e-4, 1e-5) << precision << " " << tilt;
+      EXPECT_NEAR(pose.position[2], pose_of_box.position[2], 1e-5) << precision << " " << tilt;
+      EXPECT_NEAR(std::hypot(pose.orientation[0], pose.orientation[1]), 0, 1e-5) << precision << " " << tilt;
+      EXPECT_LT(exact::length(velocity.linear) + exact::length(velocity.angular), 1e-4) << precision << " " << tilt;
+    }
+  }
 }
 
 TEST(ConvexHull, CopiesShareATable) {

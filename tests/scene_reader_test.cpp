@@ -48,7 +48,7 @@ TEST(SceneReader, DefaultsAreThoseOfTheDescription) {
   EXPECT_EQ(scene.gravity, (Vector3{0, 0, -9.81}));
   EXPECT_EQ(scene.settings.dt, 1.0 / 60);
   EXPECT_EQ(scene.settings.integrator, Integrator::semi_implicit_euler);
-  EXPECT_EQ(scene.settings.gyroscopic, Gyroscopic::implicit);
+  EXPECT_EQ(scene.settings.gyroscopic, Gyroscopic::midpoint);
   ASSERT_EQ(scene.materials.size(), 1u);
   EXPECT_EQ(scene.materials[0].friction, 0.5);
   EXPECT_EQ(scene.materials[0].restitution, 0);

@@ -13,7 +13,7 @@ void displace(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, Vec3
   const Motion<real>& motion = buffers.motions[body];
   if (!(motion.inverse_mass > 0)) return;
   x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = integrate_orientation(q, apply_inverse_inertia(motion, moment), real(1));
+  q = correct_orientation(q, apply_inverse_inertia(motion, moment));
   if (is_bad_pose(x, q)) report_bad(buffers.counters, STATUS_BAD_POSE, body);
   Vec4<real>& position = buffers.positions[body];
   position.x = x.x;

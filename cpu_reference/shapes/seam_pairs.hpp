@@ -37,10 +37,91 @@ Vec3<real> moved_to_edge(const Polytope<real>& p, Vec3<real> point, Vec3<real> u
   return poly_contains(p, moved, real(0.5) * tolerance, real(0.5) * tolerance) ? moved : moved_into(p, point);
 }
 
-/// Whether the neighbours of one side cover all points of a manifold.
+/// What comes to a shape p, and one of the points at which it would touch.
 template <class real>
-bool seams_cover_side(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, const Manifold<real>& m,
-                      bool is_a) {
+struct OtherShape {
+  u32 kind;
+  WorldShape<real> shape;
+  Vec3<real> point, up;  // on p, and the normal out of p; own coordinates of p
+  Vec3<real> core;       // the anchor of the other shape that the contact keeps a radius from, own coordinates of p
+  real radius;
+};
+
+/// How deep the other shape is below a plane in the frame of p, m; negative above it.
+template <class real>
+real depth_below(const Polytope<real>& p, const OtherShape<real>& v, const HullTables<real>& tables, Vec3<real> normal,
+                 real offset) {
+  if (v.radius > 0 && v.kind != SHAPE_CYLINDER) return offset + v.radius - dot3(normal, v.core);
+  const Vec3<real> world = out_of_frame(p.axes, normal);
+  return offset + core_extent(v.kind, v.shape, tables, scale3(real(-1), world)) -
+         dot3(world, sub3(v.shape.center, p.center));
+}
+
+/// Whether a stretch of a line that starts at a point, along a unit direction, meets a polytope; own coordinates.
+template <class real>
+bool poly_meets_stretch(const Polytope<real>& p, Vec3<real> start, Vec3<real> along, real length, real tolerance) {
+  real from = 0, to = length;
+  for (u32 f = 0; f < bound_count(p); ++f) {
+    const Vec4<real> plane = bound_plane(p, f);
+    const Vec3<real> out = {plane.x, plane.y, plane.z};
+    const real above = dot3(out, start) - plane.w - tolerance, slope = dot3(out, along);
+    if (above > 0 && !(slope < 0)) return false;
+    if (!(slope > 0) && !(slope < 0)) continue;
+    const real crossing = -above / slope;
+    if (slope < 0 && crossing > from) from = crossing;
+    if (slope > 0 && crossing < to) to = crossing;
+  }
+  return from <= to;
+}
+
+/// Whether a neighbour on the other side of a gap holds the other shape so that it cannot touch p at the point: that
+/// is over a face of it just beside, and not below this face, and the point is not above it, nor does the surface of p
+/// rise from it there.
+template <class real>
+bool neighbour_supports(const Polytope<real>& p, const Polytope<real>& neighbour, const OtherShape<real>& v,
+                        const HullTables<real>& tables, real tolerance) {
+  const real size = length3(v.shape.size);
+  for (u32 f = 0; f < neighbour.faces; ++f) {
+    const Vec4<real> plane = poly_own_plane(neighbour, f);
+    const Vec3<real> normal = out_of_frame(neighbour.axes, Vec3<real>{plane.x, plane.y, plane.z});
+    const real offset = plane.w + dot3(normal, neighbour.center), height = dot3(normal, v.point) - offset;
+    const real steep = dot3(v.up, normal), square = real(1) - steep * steep;
+    if (height > tolerance || !(square > real(1e-4))) continue;
+    if (depth_below(p, v, tables, normal, offset) > real(SEAM_DIP) * size) continue;
+    const Vec3<real> along = scale3(real(1) / std::sqrt(square), sub3(v.up, scale3(steep, normal)));
+    real span = real(SEAM_SPAN) * size;
+    Vec3<real> start = sub3(v.point, scale3(height, normal));
+    const Vec3<real> axis = into_frame(p.axes, axes_of(v.shape.rotation).z);
+    const bool on_end = v.kind == SHAPE_CYLINDER && std::abs(dot3(axis, normal)) > real(0.99);
+    if (v.radius > 0 && !on_end) {  // what is round is lowest below its axis
+      start = sub3(v.core, scale3(dot3(normal, v.core) - offset, normal));
+      const real length = real(2) * v.shape.size.y * std::abs(dot3(axis, along));
+      span = length < span ? length : span;
+    }
+    if (!poly_meets_stretch(neighbour, into_frame(neighbour.axes, sub3(start, neighbour.center)),
+                            into_frame(neighbour.axes, along), span, tolerance))
+      continue;
+    const Vec3<real> rise = sub3(normal, scale3(steep, v.up));
+    const Vec3<real> beside = add3(v.point, scale3((real(3) * tolerance - height) / square, rise));
+    if (!poly_contains(p, beside, real(0.5) * tolerance, real(0.5) * tolerance)) return true;
+  }
+  return false;
+}
+
+/// Whether some neighbour beyond a gap holds the other shape.
+template <class real>
+bool gaps_cover(const Polytope<real>& p, const OtherShape<real>& v, const HullTables<real>& tables) {
+  for (u32 k = 0; k < p.seam_count; ++k) {
+    const Seam<real>& seam = p.tables.seams[p.first_seam + k];
+    if (seam.has_gap != 0 && neighbour_supports(p, seam_neighbour(p, k), v, tables, seam.tolerance)) return true;
+  }
+  return false;
+}
+
+/// Whether the neighbours of one side cover all points of a manifold. `other`: what comes.
+template <class real>
+bool seams_cover_side(u32 kind, const WorldShape<real>& shape, u32 other_kind, const WorldShape<real>& other,
+                      const HullTables<real>& tables, const Manifold<real>& m, bool is_a) {
   if (shape.seam_count == 0) return false;
   const Polytope<real> p = polytope_with_seams(kind, shape, tables);
   const Vec3<real> up = into_frame(p.axes, is_a ? scale3(real(-1), m.normal) : m.normal);
@@ -50,7 +131,11 @@ bool seams_cover_side(u32 kind, const WorldShape<real>& shape, const HullTables<
     const real gap = on_face ? gap_at(m, k) : real(0);
     const Vec3<real> point = is_a != on_face ? sub3(m.points[k].anchor_a, scale3(m.radius_a + gap, m.normal))
                                              : add3(m.points[k].anchor_b, scale3(m.radius_b + gap, m.normal));
-    if (!seams_cover(p, moved_to_edge(p, into_frame(p.axes, sub3(point, p.center)), up), up)) return false;
+    const Vec3<real> own = moved_to_edge(p, into_frame(p.axes, sub3(point, p.center)), up);
+    if (seams_cover(p, own, up)) continue;
+    const Vec3<real> core = sub3(is_a ? m.points[k].anchor_b : m.points[k].anchor_a, p.center);
+    const real radius = is_a ? m.radius_b : m.radius_a;
+    if (!gaps_cover(p, {other_kind, other, own, up, into_frame(p.axes, core), radius}, tables)) return false;
   }
   return true;
 }
@@ -58,7 +143,8 @@ bool seams_cover_side(u32 kind, const WorldShape<real>& shape, const HullTables<
 template <class real>
 bool seams_cover_all(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                      const HullTables<real>& tables, const Manifold<real>& m) {
-  return m.count > 0 && (seams_cover_side(kind_a, a, tables, m, true) || seams_cover_side(kind_b, b, tables, m, false));
+  return m.count > 0 && (seams_cover_side(kind_a, a, kind_b, b, tables, m, true) ||
+                         seams_cover_side(kind_b, b, kind_a, a, tables, m, false));
 }
 
 /// A sphere that reaches through what covers the nearest face of b: through another one, if its centre is in b.

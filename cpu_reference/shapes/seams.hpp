@@ -75,7 +75,9 @@ template <class real>
 bool some_neighbour_covers(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
   for (u32 k = 0; k < p.seam_count; ++k) {
     const Seam<real>& seam = p.tables.seams[p.first_seam + k];
-    if (is_near_seam(seam, point) && neighbour_covers(seam_neighbour(p, k), point, up, seam.tolerance)) return true;
+    if (seam.has_gap == 0 && is_near_seam(seam, point) &&
+        neighbour_covers(seam_neighbour(p, k), point, up, seam.tolerance))
+      return true;
   }
   return false;
 }
@@ -99,8 +101,9 @@ bool face_goes_on(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
   Vec3<real> out_of_all = {0, 0, 0};
   real widest = 0;
   for (u32 k = 0; k < p.seam_count; ++k) {
-    const real tolerance = p.tables.seams[p.first_seam + k].tolerance;
-    if (!is_near_seam(p.tables.seams[p.first_seam + k], point)) continue;
+    const Seam<real>& seam = p.tables.seams[p.first_seam + k];
+    if (seam.has_gap != 0 || !is_near_seam(seam, point)) continue;
+    const real tolerance = seam.tolerance;
     const Polytope<real> neighbour = seam_neighbour(p, k);
     if (!neighbour_covers(neighbour, point, up, tolerance)) continue;
     const Vec3<real> at = into_frame(neighbour.axes, sub3(point, neighbour.center));

@@ -16,17 +16,28 @@ constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "tri
 
 EventLog::EventLog(const std::string& path, const Scene& scene) : scene_(scene) {
   if (path.empty()) return;
+  u32 shapes = 0;
+  for (const BodyDescription& body : scene.bodies) {
+    first_shapes_.push_back(shapes);
+    shapes += static_cast<u32>(body.shapes.size());
+  }
   errno = 0;
   file_.open(path);
   if (!file_) throw Error(Failure::input, path, std::string("the events cannot be written: ") + std::strerror(errno));
 }
 
-void EventLog::add(const Event& event) {
+void EventLog::add(const PairEvent& event) {
   ++counts_[event.kind];
   if (!file_.is_open()) return;
-  nlohmann::ordered_json json = {{"step", event.step},       {"event", kinds[event.kind]}, {"body_a", event.body_a},
-                                 {"shape_a", event.shape_a}, {"body_b", event.body_b},     {"shape_b", event.shape_b}};
-  const std::string &name_a = scene_.bodies[event.body_a].name, &name_b = scene_.bodies[event.body_b].name;
+  nlohmann::ordered_json json = {{"step", event.step}, {"event", kinds[event.kind]}};
+  const auto put = [&](const char* side, const EventSide& of) {
+    json[std::string("body_") + side] = of.body;
+    json[std::string("shape_") + side] = first_shapes_[of.body] + of.shape;
+    if (of.triangle != NONE) json[std::string("triangle_") + side] = of.triangle;
+  };
+  put("a", event.a);
+  put("b", event.b);
+  const std::string &name_a = scene_.bodies[event.a.body].name, &name_b = scene_.bodies[event.b.body].name;
   if (!name_a.empty()) json["name_a"] = name_a;
   if (!name_b.empty()) json["name_b"] = name_b;
   file_ << json.dump() << '\n' << std::flush;

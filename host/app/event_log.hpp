@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "host/scene/scene.hpp"
+#include "host/scene/event_groups.hpp"
 
 namespace lockstep::app {
 
@@ -15,13 +15,14 @@ class EventLog {
   /// Throws Error (input) where `path` cannot be written. An empty path: events are only counted.
   EventLog(const std::string& path, const Scene& scene);
 
-  void add(const Event& event);
+  void add(const PairEvent& event);
 
   /// By EventKind.
   const std::array<std::uint64_t, EVENT_KINDS>& counts() const { return counts_; }
 
  private:
   const Scene& scene_;
+  std::vector<u32> first_shapes_;  // of each body, of all shapes of the scene
   std::ofstream file_;
   std::array<std::uint64_t, EVENT_KINDS> counts_ = {};
 };

@@ -72,6 +72,7 @@ struct RunObservers {
   Recorder& recorder;
   Monitor& monitor;
   EventLog& log;
+  EventGroups groups;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
   const OracleChoice& oracle;
@@ -104,7 +105,7 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
       observers.monitor.observe(measures, step + 1);
       observers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
-    for (const Event& event : simulation.events()) observers.log.add(event);
+    for (const PairEvent& event : simulation.events(observers.groups)) observers.log.add(event);
     observers.progress.update(step + 1 - first);
   }
 }
@@ -231,9 +232,12 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
+  EventGroups groups;
+  if (has(simulation.backend().features(), Feature::events)) groups = EventGroups(worlds);
   {
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps, {recorder, monitor, log, progress, recording.get(), oracle, first_step});
+    simulate_and_close(simulation, steps,
+                       {recorder, monitor, log, std::move(groups), progress, recording.get(), oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;

@@ -50,6 +50,10 @@ Eigen::Matrix3d stretch_of(const EllipseBlock<real>& block, const Eigen::Vector3
   const Eigen::Matrix<double, 3, 2> t = solver_tangents(normal);
   Eigen::Matrix2d s;
   s << double(block.s_11[lane]), double(block.s_12[lane]), double(block.s_12[lane]), double(block.s_22[lane]);
+  if (block.degenerate[lane] != real(0)) {  // a projection, to the rounding of double
+    const Eigen::Vector2d along = (s(0, 0) > s(1, 1) ? s.col(0) : s.col(1)).normalized();
+    s = along * along.transpose();
+  }
   return normal * normal.transpose() + t * s * t.transpose();
 }
 

@@ -149,7 +149,8 @@ void add_angular_friction(const SystemContact& c, const SystemAngularFriction& a
   Eigen::Matrix4d e = Eigen::Matrix4d::Identity();
   e.topLeftCorner<3, 3>() = angular.stretch;
   SystemContact round = c;
-  round.impulse = angular.stretch.inverse() * c.impulse;
+  // friction along one direction alone has no impulse across it: any inverse there will do
+  round.impulse = angular.stretch.completeOrthogonalDecomposition().pseudoInverse() * c.impulse;
   const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_torsion(c.bias * c.normal + c.slide, 0));
   const Vector4d wr = e * cone_velocity(da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();

@@ -287,8 +287,8 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
     buffers().static_friction_pairs.push_back({rounded<real>(pair.static_friction, "static friction", origin),
                                                rounded<real>(pair.stick_speed.value_or(0), "stick speed", origin),
                                                pair.stick_speed ? real(0) : real(stick_speed_share)});
-    buffers().anisotropy_pairs.push_back(
-        {rounded<real>(pair.across, "friction across", origin), pair.axis_of_b ? 1u : 0u, 0});
+    buffers().anisotropy_pairs.push_back({rounded<real>(pair.across, "friction across", origin),
+                                          pair.axis_of_b ? 1u : 0u, pair.perpendicular ? 1u : 0u});
     angular_friction_ = angular_friction_ || pair.has_further_friction();
     anisotropic_ = anisotropic_ || pair.is_anisotropic();
     has_static_friction_ = has_static_friction_ || pair.has_static_friction();

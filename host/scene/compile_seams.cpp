@@ -45,6 +45,7 @@ struct Block {
   Frame frame;
   Extents box;
   double smallest;  // half extent
+  double width;     // the middle one of the three
   double rounding;  // of its place
 };
 
@@ -131,6 +132,24 @@ Solid solid_of(const Buffers<real>& b, u32 shape) {
   return solid_box({double(box.size[0]), double(box.size[1]), double(box.size[2])});
 }
 
+// How far beyond a plane in the frame of a solid it reaches, negative where it does not.
+double height_above(const Solid& solid, const Vector3& normal, double offset) {
+  double highest = -1e300;
+  for (const Vector3& vertex : solid.vertices) highest = std::max(highest, dot(normal, vertex) - offset);
+  return highest;
+}
+
+// Whether one solid has a face which the other one, in this frame, is not in front of, but close behind.
+bool continues(const Solid& one, const Solid& other, const Frame& frame, double tolerance, double span) {
+  const Quaternion back = inverse(frame.rotation);
+  return std::ranges::any_of(
+      one.planes.begin(), one.planes.begin() + (one.facet ? 1 : one.planes.size()), [&](const auto& plane) {
+        const auto& [normal, offset] = plane;
+        const double height = height_above(other, rotate(back, normal), offset - dot(normal, frame.position));
+        return height <= tolerance && height >= -span;
+      });
+}
+
 // Whether some edge of one solid is in the other, which stands in this frame, or no farther than the tolerance from it.
 bool touches_an_edge(const Solid& one, const Solid& other, const Frame& frame, double tolerance) {
   const Quaternion back = inverse(frame.rotation);
@@ -166,6 +185,9 @@ class SeamFinder {
  public:
   explicit SeamFinder(Buffers<real>& b) : b_(b) {}
 
+  /// How wide a gap the largest body of a world spans, from here on.
+  void set_span(double span) { span_ = span; }
+
   /// Blocks that may lie flush.
   void find(std::vector<Block> blocks);
 
@@ -189,13 +211,14 @@ class SeamFinder {
   bool goes_on(u32 shape, const Solid& facet, u32 edge) const;
 
   Buffers<real>& b_;
+  double span_ = 0;
   std::map<u32, std::map<u32, Seam<real>>> seams_;  // of a shape, by neighbour
 };
 
 template <class real>
 Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) const {
   const Shape<real>& record = b_.shapes[shape];
-  Block block = {shape, surface, frame, {frame.position, frame.position}, 1e300, 0};
+  Block block = {shape, surface, frame, {frame.position, frame.position}, 1e300, 0, 0};
   Vector3 half = {0, 0, 0};
   for (unsigned axis = 0; axis < 3; ++axis) {
     Vector3 side = {0, 0, 0};
@@ -204,15 +227,18 @@ Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) con
     const Vector3 rotated = rotate(frame.rotation, side);
     for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(rotated[k]);
   }
+  std::array<double, 3> sides = {double(record.size[0]), double(record.size[1]), double(record.size[2])};
+  std::ranges::sort(sides);
+  block.width = sides[1];
   if (surface != NONE) {  // half the height of the triangle
     const Facet<real>& facet = b_.facets[b_.shape_infos[shape].hull & ~HULL_IS_FACET];
     const Vector3 v[] = {vector(facet.corners), vector(facet.corners + 3), vector(facet.corners + 6)};
     double longest = 0;
     for (u32 k = 0; k < 3; ++k) longest = std::max(longest, length(subtract(v[(k + 1) % 3], v[k])));
-    block.smallest = 0.5 * length(cross(subtract(v[1], v[0]), subtract(v[2], v[0]))) / longest;
+    block.smallest = block.width = 0.5 * length(cross(subtract(v[1], v[0]), subtract(v[2], v[0]))) / longest;
   }
   block.rounding = 4 * double(std::numeric_limits<real>::epsilon()) * (length(frame.position) + length(half));
-  const double wider = flush * block.smallest + block.rounding;
+  const double wider = std::max(flush * block.smallest, 0.5 * std::min(span_, block.width)) + block.rounding;
   for (unsigned k = 0; k < 3; ++k) {
     block.box.low[k] -= half[k] + wider;
     block.box.high[k] += half[k] + wider;
@@ -247,15 +273,21 @@ void SeamFinder<real>::find(std::vector<Block> blocks) {
 template <class real>
 void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
   const double tolerance = flush * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
+  const double span = std::min({span_, p.width, q.width});  // nothing spans a gap of the size of the blocks
   const Solid solid_p = solid_of(b_, p.shape), solid_q = solid_of(b_, q.shape);
   for (const bool swapped : {false, true}) {
     const Block &one = swapped ? q : p, &other = swapped ? p : q;
     const Frame frame = seen_from(other.frame, one.frame);
-    if (!touches_an_edge(swapped ? solid_q : solid_p, swapped ? solid_p : solid_q, frame, tolerance)) continue;
+    const Solid &own = swapped ? solid_q : solid_p, &covering = swapped ? solid_p : solid_q;
+    const bool touches = touches_an_edge(own, covering, frame, tolerance);
+    if (!touches && !(touches_an_edge(own, covering, frame, span) &&
+                      continues(covering, own, seen_from(one.frame, other.frame), tolerance, span)))
+      continue;
     const Shape<real>& shape = b_.shapes[other.shape];
     Seam<real> seam = {};
     for (unsigned k = 0; k < 3; ++k) seam.offset[k] = static_cast<real>(frame.position[k]);
     seam.tolerance = static_cast<real>(tolerance);
+    seam.has_gap = touches ? 0 : 1;
     for (unsigned k = 0; k < 4; ++k) {
       seam.rotation[k] = static_cast<real>(frame.rotation[k]);
       seam.size[k] = shape.size[k];
@@ -276,6 +308,7 @@ bool SeamFinder<real>::goes_on(u32 shape, const Solid& facet, u32 edge) const {
     const Vector3 point = add(start, scale(share, subtract(end, start)));
     const bool covered = std::ranges::any_of(seams_.at(shape), [&](const auto& entry) {
       const Seam<real>& seam = entry.second;
+      if (seam.has_gap != 0) return false;
       const Frame frame = {
           {double(seam.offset[0]), double(seam.offset[1]), double(seam.offset[2])},
           {double(seam.rotation[0]), double(seam.rotation[1]), double(seam.rotation[2]), double(seam.rotation[3])}};
@@ -365,11 +398,14 @@ void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinde
   const std::set<u32> filtered = filtered_bodies(scene);
   Group fixed;
   std::map<u32, Group> of_body;
+  double largest = 0;  // of those that come
   for (u32 index = 0; index < scene.bodies.size(); ++index) {
     const BodyDescription& body = scene.bodies[index];
     for (const ShapeDescription& shape : body.shapes) {
       const Member member = {first, static_cast<u32>(simulated_shapes(shape)), shape.kind == SHAPE_FACET};
       first += member.count;
+      for (u32 i = member.first; body.kind == BODY_DYNAMIC && i < first; ++i)
+        largest = std::max(largest, length(vector(b.shapes[i].size)));
       const ShapeInfo& info = b.shape_infos[member.first];
       const bool hull = is_facet(info) || (info.kind == SHAPE_HULL && b.hulls[info.hull].edge_count > 0);
       if (body.kind == BODY_DYNAMIC || shape.trigger || (info.kind != SHAPE_BOX && !hull)) continue;
@@ -377,6 +413,7 @@ void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinde
       (moves ? of_body[index] : fixed).push_back(member);
     }
   }
+  finder.set_span(SEAM_SPAN * largest);
   finder.find(near_others(fixed, [&](u32 i, u32 surface) {
     const u32 index = b.shape_infos[i].body;
     const Vec4<real>& q = b.orientations[index];

@@ -18,11 +18,13 @@ void validate(const Scene& scene, const std::string& location, double friction, 
   if (owner.static_friction && *owner.static_friction < friction)
     refuse("static_friction",
            fmt::format("must be >= the friction of what slides, {}, is {}", friction, *owner.static_friction));
-  if (owner.friction_across && !(*owner.friction_across > 0 && friction > 0))
-    refuse("friction_across", "must be > 0, beside a friction > 0 along the axis");
+  const double across = owner.friction_across.value_or(friction);
+  if (owner.static_friction && friction == 0 && across > 0)
+    refuse("static_friction",
+           "raises friction along the axis and across it alike, and that along it is 0; leave one out");
   if (owner.stick_speed && !owner.static_friction)
     refuse("stick_speed", "is up to where static_friction acts; give that too, or leave this out");
-  if (owner.torsional_friction.value_or(0) > 0 && friction == 0)
+  if (owner.torsional_friction.value_or(0) > 0 && friction == 0 && across == 0)
     refuse("torsional_friction", "is a moment of friction, and friction is 0; give some, or leave this out");
 }
 
@@ -39,14 +41,26 @@ PairFriction meet(const Material& material_a, const Material& material_b) {
     if (a.stick_speed || b.stick_speed)
       pair.stick_speed = std::max(a.stick_speed.value_or(0), b.stick_speed.value_or(0));
   }
+  const auto across = [](const Material& m) { return m.further.friction_across.value_or(m.friction); };
+  const auto is_anisotropic = [&](const Material& m) {
+    return m.further.friction_across && (m.friction > 0 || across(m) > 0);
+  };
+  pair.axis_of_b = !is_anisotropic(material_a) && is_anisotropic(material_b);
+  pair.perpendicular = pair.sliding == 0 && across(material_a) > 0 && across(material_b) > 0;
+  if (pair.perpendicular) {
+    const auto raise = [](const Material& m) {
+      return m.friction > 0 ? m.further.static_friction.value_or(m.friction) / m.friction : 1;
+    };
+    pair.sliding = exact::square_root(across(material_a) * across(material_b));
+    pair.static_friction = pair.sliding * exact::square_root(raise(material_a) * raise(material_b));
+    pair.across = 0;
+  } else if (pair.sliding > 0) {
+    const auto anisotropy = [&](const Material& m) { return is_anisotropic(m) ? across(m) / m.friction : 1; };
+    pair.across = exact::square_root(anisotropy(material_a) * anisotropy(material_b));
+  }
   pair.torsion_radius =
       torsion_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
   pair.rolling_coefficient = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
-  const auto anisotropy = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
-  const auto is_anisotropic = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
-  pair.axis_of_b = !is_anisotropic(material_a) && is_anisotropic(material_b);
-  pair.across = exact::square_root((is_anisotropic(material_a) ? anisotropy(material_a) : 1) *
-                                   (is_anisotropic(material_b) ? anisotropy(material_b) : 1));
   return pair;
 }
 

@@ -15,8 +15,9 @@ struct PairFriction {
   double torsion_radius = 0;          // m (kernels/friction_types.h)
   double rolling_coefficient = 0;     // m
 
-  double across = 1;       // mu across the axis of anisotropy, over that along it
-  bool axis_of_b = false;  // whose the axis is
+  double across = 1;           // mu across the axis of anisotropy, over that along it
+  bool axis_of_b = false;      // whose the axis is
+  bool perpendicular = false;  // no friction along that axis: `sliding` is mu across it, and `across`, 0, that along it
 
   bool is_anisotropic() const { return across != 1; }
   /// Whether there is more than a round cone of slip.

@@ -29,6 +29,9 @@ std::pair<std::size_t, double> farthest(const std::vector<Vector3>& points, Meas
   return best;
 }
 
+// Points that are flatter than this, relative to their length, have no inside: ten times `coplanar`.
+constexpr double thinnest = 1e-5;
+
 // Why points have no hull, if so.
 std::string refuse(const std::vector<Vector3>& points) {
   if (points.size() < 4)
@@ -38,11 +41,11 @@ std::string refuse(const std::vector<Vector3>& points) {
   const Vector3 along = exact::unit(subtract(points[end], points[0]));
   const auto [side, width] =
       farthest(points, [&](const Vector3& p) { return exact::length(cross(along, subtract(p, points[0]))); });
-  if (width <= 1e-4 * length) return "its points lie on a line; move some of them apart";
+  if (width <= thinnest * length) return "its points lie on a line; move some of them apart";
   const Vector3 normal = exact::unit(cross(along, subtract(points[side], points[0])));
   const double height =
       farthest(points, [&](const Vector3& p) { return std::abs(dot(normal, subtract(p, points[0]))); }).second;
-  if (height <= 1e-4 * length) return "its points lie in a plane; give it a thickness, or use a box";
+  if (height <= thinnest * length) return "its points lie in a plane; give it a thickness, or use a box";
   return "";
 }
 

@@ -95,6 +95,11 @@ enum class BroadPhase { automatic, grid, bvh };
 inline constexpr std::pair<const char*, BroadPhase> broad_phase_names[] = {
     {"auto", BroadPhase::automatic}, {"grid", BroadPhase::grid}, {"bvh", BroadPhase::bvh}};
 
+/// What events are of: pairs of shapes, of bodies, or of the triangles of surfaces (host/scene/event_groups.hpp).
+enum class EventPairs { shapes, bodies, triangles };
+inline constexpr std::pair<const char*, EventPairs> event_pairs_names[] = {
+    {"shapes", EventPairs::shapes}, {"bodies", EventPairs::bodies}, {"triangles", EventPairs::triangles}};
+
 /// A setting that is unset until somebody sets it: the solver brings it then. substeps_of() and its like give what
 /// holds.
 template <class T>

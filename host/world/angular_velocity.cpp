@@ -14,7 +14,7 @@ double angle_of(double sine, double cosine) {
 
 }  // namespace
 
-Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, double dt, u32 substeps) {
+Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, double duration) {
   const Quaternion back = {-from[0], -from[1], -from[2], from[3]};
   Quaternion rotation = exact::multiply(to, back);
   if (rotation[3] < 0)
@@ -22,8 +22,7 @@ Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, d
   const Vector3 axis = {rotation[0], rotation[1], rotation[2]};
   const double sine = exact::length(axis), scale = exact::length(rotation);
   if (sine == 0) return {0, 0, 0};
-  const double half_angle = angle_of(sine / scale, rotation[3] / scale) / substeps;  // half the angle of a sub-step
-  return exact::scale(2 / dt * (exact::sine(half_angle) / exact::cosine(half_angle)) / sine, axis);
+  return exact::scale(2 / duration * angle_of(sine / scale, rotation[3] / scale) / sine, axis);
 }
 
 }  // namespace lockstep

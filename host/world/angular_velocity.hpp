@@ -6,8 +6,7 @@
 
 namespace lockstep {
 
-/// The angular velocity, rad/s in the world frame, that takes `from` to `to` the shorter way in so many sub-steps of
-/// `dt`, as integrate_positions turns bodies: q' = |q + dt/2 (w, 0) q| is a rotation by 2 atan(dt |w| / 2) about w.
-Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, double dt, u32 substeps);
+/// The angular velocity, rad/s in the world frame, that takes `from` to `to` the shorter way, at a constant rate.
+Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, double duration);
 
 }  // namespace lockstep

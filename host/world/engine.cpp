@@ -56,6 +56,7 @@ class EngineOf final : public Engine {
     }
     DeviceOptions device_options;
     device_options.threads = options.threads;
+    if (has(constants_.features, Feature::events)) groups_ = EventGroups({&scene, 1});
     Stepper<real> stepper = make_stepper(constants_, target_of(options.device, device_options, constants_.oracle));
     canary_ = std::move(stepper.canary);
     simulation_ = std::make_unique<Simulation<real>>(std::move(stepper.backend), constants_.params,
@@ -113,11 +114,13 @@ class EngineOf final : public Engine {
 
   std::vector<EngineContact> contacts() override;
 
-  std::vector<EngineEvent> events() override {
-    std::vector<EngineEvent> events;
-    for (const Event& event : simulation_->events())
-      events.push_back({static_cast<EventKind>(event.kind), event.body_a, event.body_b});
-    return events;
+  std::vector<EngineEvent> events() override { return without_worlds(simulation_->events(groups_)); }
+
+  std::vector<EngineEvent> ends(const IndexMap& index_map) override {
+    std::vector<bool> is_gone;
+    for (const u32 body : index_map.bodies) is_gone.push_back(body == NONE);
+    if (std::ranges::find(is_gone, true) == is_gone.end()) return {};
+    return without_worlds(groups_.ends(simulation_->touching(), is_gone));
   }
 
   std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) override {
@@ -198,6 +201,12 @@ class EngineOf final : public Engine {
     return simulation_->backend().download(std::span(wanted.begin(), wanted.size()));
   }
 
+  static std::vector<EngineEvent> without_worlds(const std::vector<PairEvent>& events) {
+    std::vector<EngineEvent> all;
+    for (const PairEvent& event : events) all.push_back({event.kind, event.a, event.b});
+    return all;
+  }
+
   // The shapes of a body stand together, in the order of its description.
   u32 first_shape(u32 body) const {
     return static_cast<u32>(std::ranges::lower_bound(constants_.buffers.shape_infos, body, {}, &ShapeInfo::body) -
@@ -238,6 +247,7 @@ class EngineOf final : public Engine {
 
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
+  EventGroups groups_;
   std::unique_ptr<Monitor> monitor_;
   std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step
@@ -341,9 +351,8 @@ Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& vel
 
 template <class real>
 Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) const {
-  const u32 substeps = constants_.params.substeps;
   return {exact::scale(1 / dt_, exact::subtract(target.position, current.position)),
-          angular_velocity_between(current.orientation, target.orientation, dt_ / substeps, substeps)};
+          angular_velocity_between(current.orientation, target.orientation, dt_)};
 }
 
 }  // namespace

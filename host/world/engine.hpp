@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "host/scene/event_groups.hpp"
 #include "host/scene/suspicions.hpp"
 #include "host/simulation.hpp"
 #include "include/lockstep/world.hpp"
@@ -17,7 +18,7 @@ struct EngineContact {
 };
 struct EngineEvent {
   EventKind kind;
-  u32 body_a, body_b;
+  EventSide a, b;
 };
 struct EngineHit {
   u32 body, shape;
@@ -54,6 +55,8 @@ class Engine {
   virtual std::vector<bool> asleep() = 0;
   virtual std::vector<EngineContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
+  /// Of the touches that end because a body of theirs goes, or is another in the new scene.
+  virtual std::vector<EngineEvent> ends(const IndexMap& index_map) = 0;
   virtual std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) = 0;
   /// In order, each once.
   virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;

@@ -33,6 +33,9 @@ struct World::Impl {
   bool changed = true;
   Verdict verdict;                  // of the engines before this one
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
+  std::vector<BodyHandle> made_of;  // whom the engine was made of
+  // touches of bodies that have gone or been put elsewhere: since the last step, and before it
+  std::vector<BodyEvent> ended, ended_in_step;
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id
   std::map<u32, Wrench> forces;                        // by id, for the next step
@@ -68,9 +71,12 @@ struct World::Impl {
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
+      if (engine)
+        for (const EngineEvent& event : engine->ends(index_map)) ended.push_back(named(event, made_of));
       if (engine) verdict.add(engine->verdict());
       if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), index_map);
+      made_of = bodies.all();
       reset_index_map();
       changed = false;
       recording_due = !recording.empty();
@@ -100,6 +106,7 @@ struct World::Impl {
     forget_state();
     contacts.clear();
     events.clear();
+    ended_in_step.clear();
     kept = true;
   }
 
@@ -132,9 +139,15 @@ struct World::Impl {
     for (const EngineContact& contact : engine->contacts())
       contacts.push_back({stepped[contact.body_a], stepped[contact.body_b], contact.shape_a, contact.shape_b,
                           contact.point, contact.normal, contact.impulse});
-    events.clear();
-    for (const EngineEvent& event : engine->events())
-      events.push_back({event.kind, stepped[event.body_a], stepped[event.body_b]});
+    events = std::exchange(ended_in_step, {});
+    for (const EngineEvent& event : engine->events()) events.push_back(named(event, stepped));
+  }
+
+  static BodyEvent named(const EngineEvent& event, const std::vector<BodyHandle>& handles) {
+    BodyEvent named = {event.kind, handles[event.a.body], handles[event.b.body], event.a.shape, event.b.shape};
+    if (event.a.triangle != NONE) named.triangle_a = event.a.triangle;
+    if (event.b.triangle != NONE) named.triangle_b = event.b.triangle;
+    return named;
   }
 
   u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {

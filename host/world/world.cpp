@@ -177,6 +177,7 @@ const JointDescription& World::description(JointHandle joint) const {
 void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {
     impl_->act();
+    impl_->ended_in_step = std::exchange(impl_->ended, {});
     try {
       impl_->engine->step();
     } catch (...) {

@@ -58,9 +58,13 @@ struct BodyContact {
 };
 
 /// Two bodies began or ceased to touch in the last step, or entered or left a trigger (then a has the trigger).
+/// What is removed or teleported ceases to touch what it touched, in the next step; the handle of a body that was
+/// removed names nobody any more.
 struct BodyEvent {
   EventKind kind;
   BodyHandle a, b;
+  u32 shape_a, shape_b;  // by their indices in the bodies' descriptions; of several the first
+  std::optional<u32> triangle_a = {}, triangle_b = {};  // of surfaces, with the setting `event_pairs` "triangles"
 };
 
 inline constexpr EventKind EVENT_SENSOR_ENTER [[deprecated("is called EVENT_TRIGGER_ENTER")]] = EVENT_TRIGGER_ENTER;
@@ -142,7 +146,7 @@ class World {
   /// and removing cost time in proportion to the whole scene, once for all changes between two steps. Throws Error
   /// (input) for one that makes no sense. make_solid() gives a body the mass of its shapes.
   BodyHandle add(const BodyDescription& body);
-  /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
+  /// Removes a body and the joints that hold it. Events of the next step tell what it ceases to touch.
   void remove(BodyHandle body);
   /// Sets the pose of a body, of any kind but on a pivot: as though it were removed and added again, with this
   /// velocity, but that its handle, its joints and its load stay. Costs as adding does. Joints that then stand open

@@ -9,7 +9,7 @@ static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impuls
                             global Vec4* orientations, global u32* counters) {
   if (!(motion.inverse_mass > (real)0)) return;
   x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = integrate_orientation(q, apply_inverse_inertia(motion, moment), (real)1);
+  q = correct_orientation(q, apply_inverse_inertia(motion, moment));
   if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, body);
   Vec4 position = positions[body];
   position.x = x.x;

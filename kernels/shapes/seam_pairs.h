@@ -33,8 +33,85 @@ static inline Vec3 moved_to_edge(const Polytope* p, Vec3 point, Vec3 up) {
   return poly_contains(p, moved, (real)0.5 * tolerance, (real)0.5 * tolerance) ? moved : moved_into(p, point);
 }
 
-// Whether the neighbours of one side cover all points of a manifold.
-static inline bool seams_cover_side(u32 kind, WorldShape shape, HullTables tables, const Manifold* m, bool is_a) {
+// What comes to a shape p, and one of the points at which it would touch.
+typedef struct OtherShape {
+  u32 kind;
+  WorldShape shape;
+  Vec3 point, up;  // on p, and the normal out of p; own coordinates of p
+  Vec3 core;       // the anchor of the other shape that the contact keeps a radius from, own coordinates of p
+  real radius;
+} OtherShape;
+
+// How deep the other shape is below a plane in the frame of p, m; negative above it.
+static inline real depth_below(const Polytope* p, const OtherShape* v, HullTables tables, Vec3 normal, real offset) {
+  if (v->radius > (real)0 && v->kind != SHAPE_CYLINDER) return offset + v->radius - dot3(normal, v->core);
+  const Vec3 world = out_of_frame(p->axes, normal);
+  return offset + core_extent(v->kind, v->shape, tables, scale3((real)-1, world)) -
+         dot3(world, sub3(v->shape.center, p->center));
+}
+
+// Whether a stretch of a line that starts at a point, along a unit direction, meets a polytope; own coordinates.
+static inline bool poly_meets_stretch(const Polytope* p, Vec3 start, Vec3 along, real length, real tolerance) {
+  real from = (real)0, to = length;
+  for (u32 f = 0u; f < bound_count(p); ++f) {
+    const Vec4 plane = bound_plane(p, f);
+    const Vec3 out = make3(plane.x, plane.y, plane.z);
+    const real above = dot3(out, start) - plane.w - tolerance, slope = dot3(out, along);
+    if (above > (real)0 && !(slope < (real)0)) return false;
+    if (!(slope > (real)0) && !(slope < (real)0)) continue;
+    const real crossing = -above / slope;
+    if (slope < (real)0 && crossing > from) from = crossing;
+    if (slope > (real)0 && crossing < to) to = crossing;
+  }
+  return from <= to;
+}
+
+// Whether a neighbour on the other side of a gap holds the other shape so that it cannot touch p at the point: that
+// is over a face of it just beside, and not below this face, and the point is not above it, nor does the surface of p
+// rise from it there.
+static inline bool neighbour_supports(const Polytope* p, const Polytope* neighbour, const OtherShape* v,
+                                      HullTables tables, real tolerance) {
+  const real size = length3(v->shape.size);
+  for (u32 f = 0u; f < neighbour->faces; ++f) {
+    const Vec4 plane = poly_own_plane(neighbour, f);
+    const Vec3 normal = out_of_frame(neighbour->axes, make3(plane.x, plane.y, plane.z));
+    const real offset = plane.w + dot3(normal, neighbour->center), height = dot3(normal, v->point) - offset;
+    const real steep = dot3(v->up, normal), square = (real)1 - steep * steep;
+    if (height > tolerance || !(square > (real)1e-4)) continue;
+    if (depth_below(p, v, tables, normal, offset) > (real)SEAM_DIP * size) continue;
+    const Vec3 along = scale3((real)1 / sqrt(square), sub3(v->up, scale3(steep, normal)));
+    real span = (real)SEAM_SPAN * size;
+    Vec3 start = sub3(v->point, scale3(height, normal));
+    const Vec3 axis = into_frame(p->axes, axes_of(v->shape.rotation).z);
+    const bool on_end = v->kind == SHAPE_CYLINDER && fabs(dot3(axis, normal)) > (real)0.99;
+    if (v->radius > (real)0 && !on_end) {  // what is round is lowest below its axis
+      start = sub3(v->core, scale3(dot3(normal, v->core) - offset, normal));
+      const real length = (real)2 * v->shape.size.y * fabs(dot3(axis, along));
+      span = length < span ? length : span;
+    }
+    if (!poly_meets_stretch(neighbour, into_frame(neighbour->axes, sub3(start, neighbour->center)),
+                            into_frame(neighbour->axes, along), span, tolerance))
+      continue;
+    const Vec3 rise = sub3(normal, scale3(steep, v->up));
+    const Vec3 beside = add3(v->point, scale3(((real)3 * tolerance - height) / square, rise));
+    if (!poly_contains(p, beside, (real)0.5 * tolerance, (real)0.5 * tolerance)) return true;
+  }
+  return false;
+}
+
+// Whether some neighbour beyond a gap holds the other shape.
+static inline bool gaps_cover(const Polytope* p, const OtherShape* v, HullTables tables) {
+  for (u32 k = 0u; k < p->seam_count; ++k) {
+    if (!seam_has_gap(p, k)) continue;
+    const Polytope neighbour = seam_neighbour(p, k);
+    if (neighbour_supports(p, &neighbour, v, tables, seam_tolerance(p, k))) return true;
+  }
+  return false;
+}
+
+// Whether the neighbours of one side cover all points of a manifold. `other`: what comes.
+static inline bool seams_cover_side(u32 kind, WorldShape shape, u32 other_kind, WorldShape other, HullTables tables,
+                                    const Manifold* m, bool is_a) {
   if (shape.seam_count == 0u) return false;
   const Polytope p = polytope_with_seams(kind, shape, tables);
   const Vec3 up = into_frame(p.axes, is_a ? scale3((real)-1, m->normal) : m->normal);
@@ -44,15 +121,23 @@ static inline bool seams_cover_side(u32 kind, WorldShape shape, HullTables table
     const real gap = on_face ? gap_at(m, k) : (real)0;
     const Vec3 point = is_a != on_face ? sub3(m->points[k].anchor_a, scale3(m->radius_a + gap, m->normal))
                                        : add3(m->points[k].anchor_b, scale3(m->radius_b + gap, m->normal));
-    if (!seams_cover(&p, moved_to_edge(&p, into_frame(p.axes, sub3(point, p.center)), up), up)) return false;
+    OtherShape touching;
+    touching.kind = other_kind;
+    touching.shape = other;
+    touching.point = moved_to_edge(&p, into_frame(p.axes, sub3(point, p.center)), up);
+    touching.up = up;
+    if (seams_cover(&p, touching.point, up)) continue;
+    touching.core = into_frame(p.axes, sub3(is_a ? m->points[k].anchor_b : m->points[k].anchor_a, p.center));
+    touching.radius = is_a ? m->radius_b : m->radius_a;
+    if (!gaps_cover(&p, &touching, tables)) return false;
   }
   return true;
 }
 
 static inline bool seams_cover_all(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
                                    const Manifold* m) {
-  return m->count > 0u &&
-         (seams_cover_side(kind_a, a, tables, m, true) || seams_cover_side(kind_b, b, tables, m, false));
+  return m->count > 0u && (seams_cover_side(kind_a, a, kind_b, b, tables, m, true) ||
+                           seams_cover_side(kind_b, b, kind_a, a, tables, m, false));
 }
 
 // A sphere that reaches through what covers the nearest face of b: through another one, if its centre is in b.

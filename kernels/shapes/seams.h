@@ -42,6 +42,7 @@ static inline bool poly_contains(const Polytope* p, Vec3 point, real tolerance, 
 }
 
 static inline real seam_tolerance(const Polytope* p, u32 k) { return p->tables.seams[p->first_seam + k].tolerance; }
+static inline bool seam_has_gap(const Polytope* p, u32 k) { return p->tables.seams[p->first_seam + k].has_gap != 0u; }
 
 // The k-th neighbour of p, in the frame of p.
 static inline Polytope seam_neighbour(const Polytope* p, u32 k) {
@@ -78,7 +79,7 @@ static inline bool neighbour_covers(const Polytope* neighbour, Vec3 point, Vec3 
 
 static inline bool some_neighbour_covers(const Polytope* p, Vec3 point, Vec3 up) {
   for (u32 k = 0u; k < p->seam_count; ++k) {
-    if (!is_near_seam(p, k, point)) continue;
+    if (seam_has_gap(p, k) || !is_near_seam(p, k, point)) continue;
     const Polytope neighbour = seam_neighbour(p, k);
     if (neighbour_covers(&neighbour, point, up, seam_tolerance(p, k))) return true;
   }
@@ -102,8 +103,8 @@ static inline bool face_goes_on(const Polytope* p, Vec3 point, Vec3 up) {
   Vec3 out_of_all = make3((real)0, (real)0, (real)0);
   real widest = (real)0;
   for (u32 k = 0u; k < p->seam_count; ++k) {
+    if (seam_has_gap(p, k) || !is_near_seam(p, k, point)) continue;
     const real tolerance = seam_tolerance(p, k);
-    if (!is_near_seam(p, k, point)) continue;
     const Polytope neighbour = seam_neighbour(p, k);
     if (!neighbour_covers(&neighbour, point, up, tolerance)) continue;
     const Vec3 at = into_frame(neighbour.axes, sub3(point, neighbour.center));

@@ -117,7 +117,7 @@ TYPED_TEST(PlanarJoint, SlidesDownItsPlaneWhileItRotates) {
     EXPECT_NEAR(double(b.motions[0].w[2]), 2 * std::cos(slope), tolerance);
     EXPECT_NEAR(position(b, 0)[1], 0.7, 10 * tolerance);
     const JointMeasures joint = measure_joint(b, state.params, 0);
-    EXPECT_NEAR(joint.coordinate, 2, 1e-4);  // a step turns by 2 atan(w dt / 2)
+    EXPECT_NEAR(joint.coordinate, 2, 10 * tolerance);
     EXPECT_NEAR(joint.force.norm(), 9.81 * std::cos(slope), 1e-3);
     EXPECT_LT(joint.drift.separation, 1e-4);
     EXPECT_LT(joint.drift.angle, 1e-4);

@@ -255,11 +255,16 @@ class Questions(unittest.TestCase):
 
     def test_events(self):
         world = lockstep.World(scene(GROUND, {**BALL, "position": [0, 0, 0.6]}, settings={"events": True}))
-        kinds = []
+        kinds, shapes = [], []
         for _ in range(60):
             world.step()
             kinds += [(event.kind, {event.a.id, event.b.id}) for event in world.events()]
+            shapes = [(event.shape_a, event.shape_b, event.triangle_a) for event in world.events()] or shapes
         self.assertEqual(kinds, [("begin", {0, 1})])
+        self.assertEqual(shapes, [(0, 0, None)])
+        world.remove(world.bodies[1])
+        world.step()
+        self.assertEqual([event.kind for event in world.events()], ["end"])
 
     def test_arrays(self):
         poses, velocities = self.world.poses(), self.world.velocities()

@@ -1,0 +1,96 @@
+#include "host/scene/event_groups.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "host/scene/surface.hpp"
+
+namespace lockstep {
+
+EventGroups::EventGroups(std::span<const Scene> worlds) {
+  const EventPairs pairs = worlds.empty() ? EventPairs::shapes : worlds[0].settings.event_pairs;
+  u32 body_index = 0, groups = 0;
+  for (u32 world = 0; world < worlds.size(); ++world) {
+    first_shapes_.push_back(static_cast<u32>(members_.size()));
+    for (u32 body = 0; body < worlds[world].bodies.size(); ++body, ++body_index) {
+      const std::vector<ShapeDescription>& shapes = worlds[world].bodies[body].shapes;
+      for (u32 shape = 0; shape < shapes.size(); ++shape) {
+        for (u32 triangle = 0; triangle < simulated_shapes(shapes[shape]); ++triangle) {
+          const bool is_first = triangle == 0 && (shape == 0 || pairs != EventPairs::bodies);
+          if (is_first || pairs == EventPairs::triangles)
+            ++groups;
+          else
+            merges_ = true;
+          const bool has_triangle = pairs == EventPairs::triangles && shapes[shape].kind == SHAPE_FACET;
+          members_.push_back(
+              {groups, world, body_index, shapes[shape].trigger, {body, shape, has_triangle ? triangle : NONE}});
+        }
+      }
+    }
+  }
+}
+
+// Planes come last in pairs, whatever their index: the order of the two sides says nothing.
+EventGroups::Key EventGroups::key(u32 shape_a, u32 shape_b) const {
+  const Member &a = members_[shape_a], &b = members_[shape_b];
+  const u32 trigger = a.trigger ? a.group : b.trigger ? b.group : NONE;
+  return {std::min(a.group, b.group), std::max(a.group, b.group), trigger};
+}
+
+std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::span<const Pair> touching) const {
+  struct Change {
+    u32 begins = 0, ends = 0, after = 0;
+    std::size_t last = 0;  // index of the last end
+    bool told = false;
+  };
+  const auto begins = [](const Event& event) {
+    return event.kind == EVENT_CONTACT_BEGIN || event.kind == EVENT_TRIGGER_ENTER;
+  };
+  const auto index = [&](u32 world, u32 shape) { return first_shapes_[world] + shape; };
+  const auto key_of = [&](const Event& event) {
+    return key(index(event.world, event.shape_a), index(event.world, event.shape_b));
+  };
+  std::map<Key, Change> changes;
+  for (std::size_t i = 0; merges_ && i < events.size(); ++i) {
+    Change& change = changes[key_of(events[i])];
+    ++(begins(events[i]) ? change.begins : change.ends);
+    if (!begins(events[i])) change.last = i;
+  }
+  for (const Pair& pair : merges_ ? touching : std::span<const Pair>()) {
+    const auto found = changes.find(key(pair.shape_a, pair.shape_b));
+    if (found != changes.end()) ++found->second.after;
+  }
+  std::vector<PairEvent> merged;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const Event& event = events[i];
+    if (merges_) {
+      Change& change = changes.at(key_of(event));
+      const bool before = change.after + change.ends > change.begins;
+      const bool is_it =
+          begins(event) ? !before && change.after > 0 && !change.told : before && change.after == 0 && change.last == i;
+      if (!is_it) continue;
+      change.told = true;
+    }
+    merged.push_back({static_cast<EventKind>(event.kind), event.step, event.world,
+                      members_[index(event.world, event.shape_a)].side,
+                      members_[index(event.world, event.shape_b)].side});
+  }
+  return merged;
+}
+
+std::vector<PairEvent> EventGroups::ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const {
+  std::map<Key, PairEvent> ends;
+  for (const Pair& pair : touching) {
+    const bool swapped = members_[pair.shape_b].trigger;
+    const Member &a = members_[swapped ? pair.shape_b : pair.shape_a],
+                 &b = members_[swapped ? pair.shape_a : pair.shape_b];
+    if (!is_gone[a.body_index] && !is_gone[b.body_index]) continue;
+    const EventKind kind = a.trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END;
+    ends.insert({key(pair.shape_a, pair.shape_b), {kind, 0, a.world, a.side, b.side}});
+  }
+  std::vector<PairEvent> all;
+  for (const auto& [key, event] : ends) all.push_back(event);
+  return all;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,61 @@
+// Events of the shapes and bodies of scenes, made of those of the shapes that are simulated: a surface is simulated as
+// its triangles, and what rolls over one begins and ceases to touch them all (docs/events.md).
+#pragma once
+
+#include <span>
+#include <tuple>
+
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// A side of an event. `shape` is an index into BodyDescription::shapes.
+struct EventSide {
+  u32 body, shape;
+  u32 triangle = NONE;  // of a surface, where events are of triangles
+  bool operator==(const EventSide&) const = default;
+};
+
+/// Two shapes, bodies or triangles of a world began or ceased to touch; `a` is the trigger, if there is one.
+struct PairEvent {
+  EventKind kind;
+  u32 step, world;
+  EventSide a, b;
+};
+
+class EventGroups {
+ public:
+  EventGroups() = default;
+  /// Of worlds that are simulated together, with the setting `event_pairs` of the first.
+  explicit EventGroups(std::span<const Scene> worlds);
+
+  /// Whether several pairs of simulated shapes can be one pair of what events are of.
+  bool merges() const { return merges_; }
+
+  /// `events` of a step and the pairs of simulated shapes that touch after it, both as the step left them. A pair
+  /// begins where none of its simulated pairs touched before and one does after, and ends the other way round; it has
+  /// the shapes of the first that began, or of the last that ended. `touching` is not looked at unless merges().
+  std::vector<PairEvent> merge(std::span<const Event> events, std::span<const Pair> touching) const;
+
+  /// The ends of all pairs that touch and have a body of which `is_gone` is true, by its index.
+  std::vector<PairEvent> ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const;
+
+ private:
+  // Of a simulated shape.
+  struct Member {
+    u32 group;  // equal where events do not tell two apart
+    u32 world;
+    u32 body_index;  // in the batch
+    bool trigger;
+    EventSide side;
+  };
+  using Key = std::tuple<u32, u32, u32>;  // both groups, and that of the trigger or NONE
+
+  Key key(u32 shape_a, u32 shape_b) const;
+
+  std::vector<Member> members_;
+  std::vector<u32> first_shapes_;  // of each world
+  bool merges_ = false;
+};
+
+}  // namespace lockstep
