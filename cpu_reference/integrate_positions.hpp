@@ -7,10 +7,10 @@
 // trapezoidal, exact for constant accelerations.
 //
 // Where a gyroscopic moment acts, integrate_velocities has computed the body-frame components of the new angular
-// velocity: it is carried along as the body turns. A body that no impulse has pushed since then turns as computed
-// there, which keeps its angular momentum. One that is held or hit turns by w_th, as its joints and contacts were
-// solved (at th = 1 that is a turn about w itself, which carries it nowhere). A body on a pivot only turns, by w_th;
-// its centre of mass follows.
+// velocity: it is carried along as the body rotates. A body that no impulse has pushed since then rotates as
+// computed there, which keeps its angular momentum. One that is held or hit rotates by w_th, as its joints and contacts
+// were solved (at th = 1 that is about w itself, which leaves w as it is). A body on a pivot only rotates, by w_th; its
+// centre of mass follows.
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"

@@ -49,7 +49,7 @@ Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> a
 
 /// Whether nothing can push the body and it rotates.
 template <class real>
-bool carries_around(const Motion<real>& body) {
+bool rotates_by_itself(const Motion<real>& body) {
   return body.inverse_mass == real(0) && dot3(vec3(body.w), vec3(body.w)) > real(0);
 }
 
@@ -60,7 +60,7 @@ Pose<real> predicted_pose(const Pose<real>& pose, const Velocity<real>& velocity
           correct_orientation(pose.orientation, scale3(time, vec3(velocity.w)))};
 }
 
-/// On a body that carries others around points go along arcs, whose chord is along the velocity in the middle of the
+/// Points of a body that rotates by itself go along arcs, whose chord is along the velocity in the middle of the
 /// sub-step; along that of its start what rests on a turntable is moved outwards. The velocities of such pairs are
 /// taken where the contact will be, with the velocities of the start, at the time for which that makes their mean the
 /// chord to second order: (1 - theta) u_old + theta u_new, u_new taken at h / (2 theta).
@@ -230,7 +230,7 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   }
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
-  if (carries_around(motion_a) || carries_around(motion_b))
+  if (rotates_by_itself(motion_a) || rotates_by_itself(motion_b))
     predict_arms(params, point, points.frame[lane], pose_a, pose_b, old_a, old_b, current);
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
   const Vec3<real> n = current.normal;

@@ -85,7 +85,7 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
 }
 
 // Where the body of a lane cannot be pushed and rotates.
-static inline lane_mask prepare_carries_around(const LaneBody* body) {
+static inline lane_mask prepare_rotates_by_itself(const LaneBody* body) {
   return (body->inverse_mass == (lane)0) & (lane_dot3(body->w, body->w) > (lane)0);
 }
 
@@ -105,7 +105,7 @@ static inline PrepareBody prepare_predicted(const PrepareBody* body, lane time) 
 
 static inline void prepare_predicted_arms(const StepParams* p, u32 first, global const PointBlock* points,
                                           const PrepareBody* a, const PrepareBody* b, LaneCurrentContact* current) {
-  const lane_mask carried = (prepare_carries_around(&a->motion) | prepare_carries_around(&b->motion)) &
+  const lane_mask carried = (prepare_rotates_by_itself(&a->motion) | prepare_rotates_by_itself(&b->motion)) &
                             LANE_MASK(LANE_LOAD_U32(points->frame + first) != (lane_u32)NORMAL_OF_IMPACT);
   if (!(p->theta > (real)0) || !LANE_ANY(carried)) return;
   const lane time = (lane)((real)0.5 * p->dt / p->theta);

@@ -9,30 +9,37 @@ namespace lockstep {
 
 EventGroups::EventGroups(std::span<const Scene> worlds) {
   const EventPairs pairs = worlds.empty() ? EventPairs::shapes : worlds[0].settings.event_pairs;
-  u32 body_index = 0, groups = 0;
+  const bool of_triangles = pairs == EventPairs::triangles;
+  u32 body_index = 0, first = 0;
   for (u32 world = 0; world < worlds.size(); ++world) {
-    first_shapes_.push_back(static_cast<u32>(members_.size()));
+    first_shapes_.push_back(first);
     for (u32 body = 0; body < worlds[world].bodies.size(); ++body, ++body_index) {
       const std::vector<ShapeDescription>& shapes = worlds[world].bodies[body].shapes;
+      const u32 first_of_body = first;
       for (u32 shape = 0; shape < shapes.size(); ++shape) {
-        for (u32 triangle = 0; triangle < simulated_shapes(shapes[shape]); ++triangle) {
-          const bool is_first = triangle == 0 && (shape == 0 || pairs != EventPairs::bodies);
-          if (is_first || pairs == EventPairs::triangles)
-            ++groups;
-          else
-            merges_ = true;
-          const bool has_triangle = pairs == EventPairs::triangles && shapes[shape].kind == SHAPE_FACET;
-          members_.push_back(
-              {groups, world, body_index, shapes[shape].trigger, {body, shape, has_triangle ? triangle : NONE}});
-        }
+        const bool has_triangles = of_triangles && shapes[shape].kind == SHAPE_FACET;
+        const u32 group = pairs == EventPairs::bodies ? first_of_body : first;
+        members_.push_back(
+            {first, group, world, body_index, shapes[shape].trigger, {body, shape, has_triangles ? 0 : NONE}});
+        const u32 count = static_cast<u32>(simulated_shapes(shapes[shape]));
+        merges_ = merges_ || (!of_triangles && (count > 1 || group != first));
+        first += count;
       }
     }
   }
 }
 
+EventGroups::Member EventGroups::member(u32 shape) const {
+  Member found = *std::prev(std::ranges::upper_bound(members_, shape, {}, &Member::first));
+  if (found.side.triangle == NONE) return found;
+  found.side.triangle = shape - found.first;
+  found.group = shape;
+  return found;
+}
+
 // Planes come last in pairs, whatever their index: the order of the two sides says nothing.
 EventGroups::Key EventGroups::key(u32 shape_a, u32 shape_b) const {
-  const Member &a = members_[shape_a], &b = members_[shape_b];
+  const Member a = member(shape_a), b = member(shape_b);
   const u32 trigger = a.trigger ? a.group : b.trigger ? b.group : NONE;
   return {std::min(a.group, b.group), std::max(a.group, b.group), trigger};
 }
@@ -72,8 +79,7 @@ std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::sp
       change.told = true;
     }
     merged.push_back({static_cast<EventKind>(event.kind), event.step, event.world,
-                      members_[index(event.world, event.shape_a)].side,
-                      members_[index(event.world, event.shape_b)].side});
+                      member(index(event.world, event.shape_a)).side, member(index(event.world, event.shape_b)).side});
   }
   return merged;
 }
@@ -81,9 +87,8 @@ std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::sp
 std::vector<PairEvent> EventGroups::ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const {
   std::map<Key, PairEvent> ends;
   for (const Pair& pair : touching) {
-    const bool swapped = members_[pair.shape_b].trigger;
-    const Member &a = members_[swapped ? pair.shape_b : pair.shape_a],
-                 &b = members_[swapped ? pair.shape_a : pair.shape_b];
+    Member a = member(pair.shape_a), b = member(pair.shape_b);
+    if (b.trigger) std::swap(a, b);
     if (!is_gone[a.body_index] && !is_gone[b.body_index]) continue;
     const EventKind kind = a.trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END;
     ends.insert({key(pair.shape_a, pair.shape_b), {kind, 0, a.world, a.side, b.side}});

@@ -41,8 +41,9 @@ class EventGroups {
   std::vector<PairEvent> ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const;
 
  private:
-  // Of a simulated shape.
+  // A shape of a description, which is simulated as those from `first` on.
   struct Member {
+    u32 first;
     u32 group;  // equal where events do not tell two apart
     u32 world;
     u32 body_index;  // in the batch
@@ -51,6 +52,8 @@ class EventGroups {
   };
   using Key = std::tuple<u32, u32, u32>;  // both groups, and that of the trigger or NONE
 
+  /// What a simulated shape belongs to.
+  Member member(u32 shape) const;
   Key key(u32 shape_a, u32 shape_b) const;
 
   std::vector<Member> members_;
