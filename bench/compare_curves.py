@@ -12,16 +12,15 @@ import math
 import statistics
 
 
-def curves(path, floor):
+def curves(file, floor):
     found = {}
-    with open(path) as file:
-        for row in csv.DictReader(file):
-            if row["failure"] or not row["error"]:
-                continue
-            error = float(row["error"])
-            if math.isfinite(error):
-                trial = (max(abs(error), floor), float(row["ms_per_second"]), row["method"])
-                found.setdefault((row["case"], row["device"], row["precision"], row["quantity"]), []).append(trial)
+    for row in csv.DictReader(file):
+        if row["failure"] or not row["error"]:
+            continue
+        error = float(row["error"])
+        if math.isfinite(error):
+            trial = (max(abs(error), floor), float(row["ms_per_second"]), row["method"])
+            found.setdefault((row["case"], row["device"], row["precision"], row["quantity"]), []).append(trial)
     return found
 
 
@@ -35,8 +34,8 @@ def best(trials):
 
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("old")
-parser.add_argument("new")
+parser.add_argument("old", type=argparse.FileType())
+parser.add_argument("new", type=argparse.FileType())
 parser.add_argument("--floor", type=float, default=1e-9)
 options = parser.parse_args()
 old, new = curves(options.old, options.floor), curves(options.new, options.floor)
