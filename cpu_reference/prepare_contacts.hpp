@@ -27,9 +27,11 @@
 #include "cpu_reference/impact.hpp"
 #include "cpu_reference/measure.hpp"
 #include "cpu_reference/prepare_angular_friction.hpp"
+#include "cpu_reference/prepare_blow.hpp"
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/solve_contact.hpp"
+#include "cpu_reference/solve_normals.hpp"
 #include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
@@ -212,11 +214,17 @@ ContactPoint<real> contact_point_of(const PointBlock<real>& p, u32 lane) {
           {p.normal_x[lane], p.normal_y[lane], p.normal_z[lane], 0}};
 }
 
-/// Returns the softness of the contact.
+/// The softness of the contact, 1/kg, and what a blow on its pair asks.
 template <class real>
-real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies,
-                     const PairMotions<real>& motions, u32 lane, u32 row, ContactBlock<real>& block,
-                     ImpulseBlock<real>& impulses) {
+struct PreparedContact {
+  real softness;
+  BlowPoint<real> point;
+};
+
+template <class real>
+PreparedContact<real> prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies,
+                                      const PairMotions<real>& motions, u32 lane, u32 row, ContactBlock<real>& block,
+                                      ImpulseBlock<real>& impulses) {
   const u32 a = bodies.body_a[lane], b = bodies.body_b[lane];
   const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
@@ -305,7 +313,12 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
-  return law.soft ? params.softness * w.nn : real(0);
+  const real restitution = points.restitution[lane];
+  const real gap_free = current.gap + params.dt * ((real(1) - params.theta) * u_old + params.theta * u_free);
+  const NormalLaw<real> rests = normal_law(params, correction, current.gap, u_old, u_free, real(0));
+  return {law.soft ? params.softness * w.nn : real(0),
+          {current.gap, u_old, restitution, rests.bias, rests.soft ? params.softness : real(0),
+           restitution > 0 && u_old < -params.restitution_threshold && gap_free < 0}};
 }
 
 template <class real>
@@ -313,17 +326,21 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
+    std::array<BlowPoint<real>, MANIFOLD_POINTS> points[PACK];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
       const u32 row = buffers.block_rows[block].first + k;
       for (u32 lane = 0; lane < PACK; ++lane) {
         ContactBlock<real>& block_row = buffers.contact_blocks[row];
         ImpulseBlock<real>& impulses = buffers.impulse_blocks[row];
         real softness = 0;
-        if (k < bodies.count[lane])
-          softness = prepare_contact(buffers, params, bodies, pair_motions(buffers, block, lane), lane, row, block_row,
-                                     impulses);
-        else
+        if (k < bodies.count[lane]) {
+          const PreparedContact<real> contact = prepare_contact(
+              buffers, params, bodies, pair_motions(buffers, block, lane), lane, row, block_row, impulses);
+          softness = contact.softness;
+          points[lane][k] = contact.point;
+        } else {
           clear_lane(block_row, impulses, lane);
+        }
         if (k >= bodies.count[lane] && !buffers.angular_friction_blocks.empty())
           clear_lane(buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
         if (k >= bodies.count[lane] && !buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
@@ -331,6 +348,14 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
           buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
       }
+    }
+    for (u32 lane = 0; lane < PACK && !buffers.normal_couplings.empty(); ++lane) {
+      const u32 first = buffers.block_rows[block].first;
+      couple_normals(buffers.contact_blocks, first, bodies.count[lane], bodies.kind[lane], lane,
+                     pair_motions(buffers, block, lane), buffers.point_blocks[first].bounding_radius[lane],
+                     buffers.normal_couplings[block]);
+      const u32 law = buffers.impact_blocks.empty() ? u32{IMPACT_NEWTON} : buffers.impact_blocks[first].law[lane];
+      prepare_blow(buffers, params, block, lane, law, points[lane]);
     }
     if (buffers.patch_blocks.empty()) continue;
     for (u32 lane = 0; lane < PACK; ++lane) {

@@ -53,6 +53,7 @@ enum class Feature : std::uint64_t {
   articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
   closures = 1ull << 43,           // some of them close loops
   seams = 1ull << 44,              // some shapes that do not move against each other lie flush
+  coupled_normals = 1ull << 45,    // the normal impulses of the points of a pair are found together
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -8,8 +8,10 @@
 #include "lane_quads.h"
 #include "measure.h"
 #include "prepare_angular_friction.h"
+#include "prepare_blow.h"
 #include "prepare_patch.h"
 #include "solve_contact.h"
+#include "solve_normals.h"
 #include "types.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
@@ -265,14 +267,24 @@ static inline void note_overlap(lane_mask there, lane gap, lane inner_radius, La
   overlap->ratio = ratio > overlap->ratio ? ratio : overlap->ratio;
 }
 
+// What prepare_row tells of a row to a blow on its pairs (prepare_blow.h), where the scene has such.
+#if FEATURE_COUPLED_NORMALS
+typedef LaneBlowPoint PrepareBlow;
+#else
+typedef u32 PrepareBlow;
+#endif
+
 // The laws of a row of contacts, in the lanes where there are any.
-static inline void prepare_row(
-    const StepParams* params, u32 first, lane_mask there, lane_mask general, const PrepareBody* a, const PrepareBody* b,
-    global const PointBlock* points, global const StartBlock* starts, global const ImpactBlock* impacts,
-    global const AngularFrictionPointBlock* angular_friction_points, global const StaticFrictionBlock* static_friction,
-    global const AnisotropyBlock* anisotropy, global ContactBlock* block, global SoftnessBlock* softness_block,
-    global SlideBlock* slides, global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
-    global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses, LaneOverlap* overlap) {
+static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
+                               const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
+                               global const StartBlock* starts, global const ImpactBlock* impacts,
+                               global const AngularFrictionPointBlock* angular_friction_points,
+                               global const StaticFrictionBlock* static_friction,
+                               global const AnisotropyBlock* anisotropy, global ContactBlock* block,
+                               global SoftnessBlock* softness_block, global SlideBlock* slides,
+                               global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
+                               global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses,
+                               LaneOverlap* overlap, PrepareBlow* blow) {
   LaneCurrentContact current;
   lane_current_contact(first, points, a, b, &current);
   prepare_predicted_arms(params, first, points, a, b, &current);
@@ -324,6 +336,18 @@ static inline void prepare_row(
       prepare_correction(params, inner_radius, LANE_LOAD(points->bounding_radius + first), w.nn, r.normal);
   lane softness;
   lane bias = prepare_bias(params, correction, current.gap, u_old, u_free, restitution, &softness);
+#if FEATURE_COUPLED_NORMALS
+  blow->restitution = restitution;
+  blow->is_hit = (lane)0 > (lane)0;
+  if (LANE_ANY(restitution > (lane)0)) {
+    const lane gap_free =
+        current.gap + (lane)params->dt * ((lane)((real)1 - params->theta) * u_old + (lane)params->theta * u_free);
+    blow->is_hit = (restitution > (lane)0) & (u_old < (lane)-params->restitution_threshold) & (gap_free < (lane)0);
+    blow->gap = current.gap;
+    blow->u_old = u_old;
+    blow->rest_bias = prepare_bias(params, correction, current.gap, u_old, u_free, (lane)0, &blow->rest_softness);
+  }
+#endif
 #if FEATURE_IMPACT_LAWS
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
@@ -362,20 +386,18 @@ static inline void prepare_row(
 #endif
 }
 
-kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
-                             global const Motion* motions, global const Velocity* previous_velocities,
-                             global const PointBlock* point_blocks, global const StartBlock* start_blocks,
-                             global const ImpactBlock* impact_blocks,
-                             global const AngularFrictionPointBlock* angular_friction_points,
-                             global const StaticFrictionBlock* static_friction_blocks,
-                             global const AnisotropyBlock* anisotropy_blocks, global const BlockBodies* block_bodies,
-                             global const BlockRows* block_rows, global const BodyCopyBlock* body_copy_blocks,
-                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                             global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
-                             global AngularFrictionBlock* angular_friction_blocks,
-                             global AngularFrictionImpulse* angular_friction_impulses,
-                             global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
-                             global PatchImpulse* patch_impulses, global u32* counters) {
+kernel void prepare_contacts(
+    const StepParams params, global const Vec4* positions, global const Vec4* orientations,
+    global const Motion* motions, global const Velocity* previous_velocities, global const PointBlock* point_blocks,
+    global const StartBlock* start_blocks, global const ImpactBlock* impact_blocks,
+    global const AngularFrictionPointBlock* angular_friction_points,
+    global const StaticFrictionBlock* static_friction_blocks, global const AnisotropyBlock* anisotropy_blocks,
+    global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+    global const BodyCopyBlock* body_copy_blocks, global ContactBlock* contact_blocks,
+    global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
+    global AngularFrictionBlock* angular_friction_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+    global EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings, global PatchBlock* patch_blocks,
+    global PatchImpulse* patch_impulses, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
@@ -391,17 +413,26 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_b + first), &b.motion);
 #endif
     LaneOverlap overlap = {(lane)0, (lane)0};
+    PrepareBlow blows[MANIFOLD_POINTS];
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
                   angular_friction_points + row, static_friction_blocks + row, anisotropy_blocks + row,
                   contact_blocks + row, softness_blocks + row, slide_blocks + row, angular_friction_blocks + row,
-                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row, &overlap);
+                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row, &overlap,
+                  &blows[row - rows.first]);
     }
     if (params.substep == 0u) {
       raise_maximum(counters, COUNTER_MAX_OVERLAP, lane_largest(overlap.depth));
       raise_maximum(counters, COUNTER_MAX_OVERLAP_RATIO, lane_largest(overlap.ratio));
     }
+#if FEATURE_COUPLED_NORMALS
+    const lane hit_speed = (lane)HIT_SPEED_SHARE * LANE_LOAD(point_blocks[rows.first].bounding_radius + first);
+    couple_normals(first, rows.count, count, general, &a.motion, &b.motion, hit_speed, contact_blocks + rows.first,
+                   normal_couplings + item / ITEMS_PER_BLOCK);
+    prepare_blows(&params, first, rows.count, count, blows, impact_blocks + rows.first,
+                  normal_couplings + item / ITEMS_PER_BLOCK, contact_blocks + rows.first, softness_blocks + rows.first);
+#endif
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,
                     impulse_blocks + rows.first, patch_blocks + item / ITEMS_PER_BLOCK,

@@ -29,9 +29,10 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                         global const AngularFrictionBlock* angular_friction_blocks,
-                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                        global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+                        global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   sweep_color(PURPOSE_RELAX, color, color_starts, &stream);
@@ -45,9 +46,10 @@ kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                        global const AngularFrictionBlock* angular_friction_blocks,
-                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                       global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+                       global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = STEP_ABORTED(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;

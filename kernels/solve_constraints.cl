@@ -48,9 +48,10 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                         global const AngularFrictionBlock* angular_friction_blocks,
-                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                        global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+                        global Motion* motions, global u32* counters) {
   if (SWEEP_SKIPPED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   sweep_color(PURPOSE_SOLVE, color, color_starts, &stream);
@@ -63,9 +64,10 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                         global const AngularFrictionBlock* angular_friction_blocks,
-                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                        global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+                        global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   sweep_cell_phase(PURPOSE_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
                    (u32)get_num_groups(0), cell_blocks, &stream);
@@ -87,9 +89,10 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                        global const AngularFrictionBlock* angular_friction_blocks,
-                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                       global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+                       global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_SKIPPED(counters) ? 0u : joint_phase_count;
 #if FEATURE_ARTICULATIONS
@@ -147,8 +150,8 @@ kernel void solve_body_copies(global const BodyCopyBlock* body_copy_blocks, glob
                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                               global const SlideBlock* slide_blocks,
                               global const AngularFrictionBlock* angular_friction_blocks,
-                              global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                              global ImpulseBlock* impulse_blocks,
+                              global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                              global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
                               global AngularFrictionImpulse* angular_friction_impulses,
                               global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_SKIPPED(counters)) return;
@@ -166,8 +169,8 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
                                     global const ContactBlock* contact_blocks,
                                     global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                                     global const AngularFrictionBlock* angular_friction_blocks,
-                                    global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                                    global ImpulseBlock* impulse_blocks,
+                                    global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
+                                    global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
                                     global AngularFrictionImpulse* angular_friction_impulses,
                                     global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;

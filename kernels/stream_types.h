@@ -53,6 +53,16 @@ RECORD(SoftnessBlock) { real softness[PACK]; };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 
+// A pair is hit where a point closes faster: this share of the bounding radius of its smaller shape, 1/s.
+#define HIT_SPEED_SHARE 0.1875f
+
+// What the normal impulses of two contacts of a pair make of each other's normal velocity, 1/kg (feature
+// coupled_normals): what w_nn is of one, w_ij is of the i-th and the j-th. 0 where the pair has fewer.
+RECORD(NormalCoupling) {
+  real w_01[PACK], w_02[PACK], w_03[PACK], w_12[PACK], w_13[PACK], w_23[PACK];
+  real hit_speed[PACK];  // m/s; 0 from a solve on in which the pair is hit
+};
+
 // What the contacts of each pair share in a scene of patches: one friction block and a twist at the centre of pressure.
 RECORD(PatchBlock) {
   real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a

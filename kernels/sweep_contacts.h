@@ -5,6 +5,7 @@
 
 #include "solve_angular_friction.h"
 #include "solve_contact.h"
+#include "solve_normals.h"
 #include "solve_patch.h"
 
 // All that a solve reads and writes; those that the scene has no need of are null.
@@ -16,6 +17,7 @@ typedef struct ContactStream {
   global const SlideBlock* slides;
   global const AngularFrictionBlock* angular_friction;
   global const EllipseBlock* ellipses;
+  global NormalCoupling* couplings;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
   global AngularFrictionImpulse* angular_friction_impulses;
@@ -28,7 +30,7 @@ typedef struct ContactStream {
 #define CONTACT_STREAM                                                                                                \
   {                                                                                                                   \
     block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, angular_friction_blocks, ellipse_blocks, \
-        patch_blocks, impulse_blocks, angular_friction_impulses, patch_impulses, motions, counters                    \
+        normal_couplings, patch_blocks, impulse_blocks, angular_friction_impulses, patch_impulses, motions, counters  \
   }
 
 // One solve of row `row` of a block.
@@ -44,15 +46,45 @@ static inline void solve_row(const u32 purpose, u32 first, u32 row, lane_mask ge
 #endif
 }
 
-// Solves the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
+#if FEATURE_COUPLED_NORMALS
+// Of hard contacts, all are.
+static inline lane_mask hit_pairs(u32 first, u32 block, const ContactStream* s, const LaneBody* a, const LaneBody* b) {
+#if FEATURE_SOFT_CONTACTS
+  const BlockRows rows = s->rows[block];
+  return rows.count > 1u ? lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b)
+                         : (lane_mask)0;
+#else
+  return (lane_mask)(-1);
+#endif
+}
+
+// The normals of `pairs`, where there are any.
+static inline void solve_pair_normals(const u32 purpose, u32 first, u32 block, lane_mask pairs, lane_mask general,
+                                      const ContactStream* s, LaneBody* a, LaneBody* b) {
+  const BlockRows rows = s->rows[block];
+  if (LANE_ANY(pairs))
+    solve_coupled_normals(purpose, first, rows.count, pairs, general, s->couplings + block, s->contacts + rows.first,
+                          s->softness + rows.first, s->impulses + rows.first, a, b);
+}
+#endif
+
+// Solves the pairs in lanes first .. first + LANES - 1 of a block: the contacts of a pair one after another, and their
+// normals together before and behind them (cpu_reference/sweep_contacts.hpp says when).
 static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const ContactStream* s, LaneBody* a,
                                LaneBody* b, lane* change) {
   global const BlockBodies* bodies = s->bodies + block;
   const BlockRows rows = s->rows[block];
   const lane_mask general = lane_general(bodies, first);
-  solve_row(purpose, first, rows.first, general, s, a, b, change);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+#endif
+#if FEATURE_COUPLED_NORMALS
+  const lane_mask several = LANE_MASK(count > (lane_u32)1);
+  lane_mask hit = several & hit_pairs(first, block, s, a, b);
+  solve_pair_normals(purpose, first, block, hit, general, s, a, b);
+#endif
+  solve_row(purpose, first, rows.first, general, s, a, b, change);
+#if FEATURE_MANIFOLDS
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = *a, next_b = *b;
     solve_row(purpose, first, rows.first + k, general, s, &next_a, &next_b, change);
@@ -60,6 +92,14 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
     lane_select_body(there, next_a, a);
     lane_select_body(there, next_b, b);
   }
+#endif
+#if FEATURE_COUPLED_NORMALS
+  hit = hit | (several & hit_pairs(first, block, s, a, b));
+  solve_pair_normals(purpose, first, block, hit, general, s, a, b);
+#if FEATURE_SOFT_CONTACTS
+  global real* const hit_speed = s->couplings[block].hit_speed + first;
+  LANE_STORE(hit ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
+#endif
 #endif
 }
 

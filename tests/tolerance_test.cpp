@@ -20,7 +20,8 @@ TYPED_TEST_SUITE(Tolerance, Precisions);
 
 template <class real>
 void use_tolerance(InitialState<real>& state, double tolerance, u32 at_most) {
-  state.features = with(state.features, Feature::tolerance);
+  state.features = with(state.features, Feature::tolerance) & ~static_cast<Features>(Feature::coupled_normals);
+  state.buffers.normal_couplings.clear();
   state.params.tolerance = real(tolerance);
   state.params.iterations = at_most;
 }

@@ -33,6 +33,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joints, "JOINTS"},
     {Feature::soft_joints, "SOFT_JOINTS"},
     {Feature::patches, "PATCHES"},
+    {Feature::coupled_normals, "COUPLED_NORMALS"},
     {Feature::jacobi, "JACOBI"},
     {Feature::tolerance, "TOLERANCE"},
     {Feature::gradient, "GRADIENT"},

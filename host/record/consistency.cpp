@@ -67,6 +67,8 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::partitions, Feature::contacts},
     {Feature::articulations, Feature::joints},
     {Feature::closures, Feature::articulations},
+    {Feature::coupled_normals, Feature::manifolds},
+    {Feature::coupled_normals, Feature::general_contacts},
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };

@@ -412,6 +412,9 @@ void Compiler<real>::set_features() {
                   "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
+  if (has(features, Feature::manifolds) && has(features, Feature::general_contacts) && settings.coupled_normals &&
+      !(tolerance_of(settings) > 0))
+    features = with(features, Feature::coupled_normals);
   if (constrained && tolerance_of(settings) > 0) {
     if (worlds_.size() > 1 && !has(features, Feature::gradient))
       throw Error(Failure::input, worlds_[0].source + ": /settings/tolerance",
