@@ -1,11 +1,26 @@
-// Counts for how many steps each dynamic body has been slow, and lets islands fall asleep at the end of a step.
+// Counts for how many steps each dynamic body has been still, and lets islands fall asleep at the end of a step.
 //
-// A body is slow while |v| <= speed and |w| <= angular_speed (SleepLaw), at the ends of steps; a sleep candidate, when
-// it has been for as many steps as the world says. An island is what contacts and joints hold together, through dynamic
-// bodies only; it falls asleep when all of its bodies are sleep candidates and none of them touches, or is held to, a
-// kinematic body that moves. It then has no velocity. An island is named by the smallest index of its bodies, so that
-// it has one name however it is found: the kernels hook trees of bodies onto each other (Jaiganesh and Burtscher, A
-// High-Performance Connected Components Implementation for GPUs, 2018).
+// A body is still, at the ends of steps, while it trembles at the most: while |v| <= speed and |w| <= angular_speed
+// (SleepLaw), and it is where it was when it began to be still, but for REST_TREMBLE of its radius. Whoever has been
+// still for as many steps as the world says is a sleep candidate if it is at rest, else it begins anew. At rest is what
+// neither goes on, in the time T since it began, nor falls, nor is moved by its load:
+//
+//   goes on     |dx - (v0 (T - h) + v1 (T + h)) / 2| <= max(|v0|, |v1|) T / 4   the displacement dx in T is that of an
+//               even acceleration from v0 to v1 in sub-steps h, zero among them: what trembles comes back, and what
+//               comes to rest has been there for most of T. And meanwhile such a body has been as far as
+//               max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds for
+//               angles
+//   falls       |v1 - v0| > |g + f / m| dt / 2: constraints have not carried it in the last step
+//   is moved    the velocity changes along f / m by what the load alone would make in T, or by half as much more or
+//               less; and so by a torque
+//
+// A sleep candidate is asked again each time that it has been one for as many steps.
+//
+// An island is what contacts and joints hold together, through dynamic bodies only; it falls asleep when all of its
+// bodies are sleep candidates and none of them touches, or is held to, a kinematic body that moves. It then has no
+// velocity. An island is named by the smallest index of its bodies, so that it has one name however it is found: the
+// kernels hook trees of bodies onto each other (Jaiganesh and Burtscher, A High-Performance Connected Components
+// Implementation for GPUs, 2018).
 //
 // The impulses that its contacts end with join those of other sleepers, and wait there for match_contacts; those of
 // islands that have woken go. With them is where they are, for who asks what sleepers carry. Both lists are ordered by
@@ -18,14 +33,9 @@
 
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/sleep.hpp"
+#include "kernels/rest_bounds.h"
 
 namespace lockstep::reference {
-
-template <class real>
-bool is_slow(const SleepLaw<real>& law, const Motion<real>& m) {
-  return dot3(vec3(m.v), vec3(m.v)) <= law.speed * law.speed &&
-         dot3(vec3(m.w), vec3(m.w)) <= law.angular_speed * law.angular_speed;
-}
 
 template <class real>
 bool is_sleep_candidate(const Buffers<real>& b, u32 body) {
@@ -33,16 +43,106 @@ bool is_sleep_candidate(const Buffers<real>& b, u32 body) {
   return b.sleepers[body].island == NONE && b.sleepers[body].still >= b.sleep_steps[b.body_infos[body].world];
 }
 
+template <class real>
+bool is_slow(const SleepLaw<real>& law, const Motion<real>& m) {
+  return dot3(vec3(m.v), vec3(m.v)) <= law.speed * law.speed &&
+         dot3(vec3(m.w), vec3(m.w)) <= law.angular_speed * law.angular_speed;
+}
+
+/// Of a displacement or an angle that the velocity has made while it changed from v0 to v1.
+template <class real>
+bool goes_on(Vec3<real> displacement, Vec3<real> v0, Vec3<real> v1, real farthest2, real time, real dt, real radius) {
+  const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
+  const real largest = (square0 > square1 ? square0 : square1) * (time * time);
+  const Vec3<real> even = add3(scale3(real(0.5f) * (time - dt), v0), scale3(real(0.5f) * (time + dt), v1));
+  const Vec3<real> miss = sub3(displacement, even);
+  const real drift = real(REST_DRIFT) * radius;
+  return largest > drift * drift && largest <= real(64) * farthest2 && real(16) * dot3(miss, miss) <= largest;
+}
+
+/// Whether the velocity has changed by more than half of what gravity and the load make in one step, if they do not
+/// balance each other.
+template <class real>
+bool falls(Vec3<real> gravity, Vec3<real> load, Vec3<real> change, real step_time) {
+  const Vec3<real> sum = add3(gravity, load);
+  const real square = dot3(sum, sum);
+  return square > real(REST_BALANCE) * (dot3(gravity, gravity) + dot3(load, load)) &&
+         real(4) * dot3(change, change) > step_time * step_time * square;
+}
+
+template <class real>
+bool is_moved_by(Vec3<real> acceleration, Vec3<real> change, real time) {
+  const real along = dot3(change, acceleration), full = dot3(acceleration, acceleration) * time;
+  return full > 0 && along >= real(0.5f) * full && along <= real(1.5f) * full;
+}
+
+/// By how much a body has rotated, for small angles.
+template <class real>
+Vec3<real> angle_between(Quat<real> before, Quat<real> after) {
+  const Quat<real> delta = multiply4(after, Quat<real>{-before.x, -before.y, -before.z, before.w});
+  const real twice = delta.w < 0 ? real(-2) : real(2);
+  return scale3(twice, Vec3<real>{delta.x, delta.y, delta.z});
+}
+
+/// Whether a body is at rest that has been still for some steps.
+template <class real>
+bool is_at_rest(const Buffers<real>& b, const StepParams<real>& params, u32 i, u32 steps, Vec3<real> displacement,
+                Vec3<real> angle) {
+  const Motion<real>& m = b.motions[i];
+  const StillStart<real>& start = b.still_starts[i];
+  const real step_time = params.dt * static_cast<real>(params.substeps), time = static_cast<real>(steps) * step_time;
+  const Vec3<real> v0 = vec3(start.v), w0 = vec3(start.w), v1 = vec3(m.v), w1 = vec3(m.w);
+  const Vec3<real> change = sub3(v1, v0);
+  Vec3<real> load = {}, angular_load = {};
+  if (!b.loads.empty()) {
+    load = scale3(m.inverse_mass, vec3(b.loads[i].force));
+    angular_load = apply_inverse_inertia(m, vec3(b.loads[i].torque));
+  }
+  return !goes_on(displacement, v0, v1, start.farthest2, time, params.dt, b.sleep_laws[i].radius) &&
+         !goes_on(angle, w0, w1, start.largest_angle2, time, params.dt, real(1)) &&
+         !falls(vec3_of(b.gravities[b.body_infos[i].world]), load, change, step_time) &&
+         !is_moved_by(load, change, time) && !is_moved_by(angular_load, sub3(w1, w0), time);
+}
+
+/// The steps in a row that a body has been still for, this one among them; who has been for `steps` is a sleep
+/// candidate, and twice as many are as good.
+template <class real>
+u32 still_steps(Buffers<real>& b, const StepParams<real>& params, u32 i, u32 still) {
+  const SleepLaw<real>& law = b.sleep_laws[i];
+  const Motion<real>& m = b.motions[i];
+  if (!is_slow(law, m)) return 0;
+  StillStart<real>& start = b.still_starts[i];
+  const u32 steps = b.sleep_steps[b.body_infos[i].world], next = std::min(still, NONE - 1) + 1;
+  const Vec3<real> x = vec3_of(b.positions[i]);
+  const Quat<real> q = quat(b.orientations[i]);
+  const Vec3<real> displacement = sub3(x, vec3(start.position));
+  const Vec3<real> angle = angle_between(
+      Quat<real>{start.orientation[0], start.orientation[1], start.orientation[2], start.orientation[3]}, q);
+  const real bound = real(REST_TREMBLE) * law.radius;
+  const real distance2 = dot3(displacement, displacement), angle2 = dot3(angle, angle);
+  const bool stays = still != 0 && distance2 < bound * bound && angle2 < real(REST_TREMBLE) * real(REST_TREMBLE);
+  start.farthest2 = distance2 > start.farthest2 ? distance2 : start.farthest2;
+  start.largest_angle2 = angle2 > start.largest_angle2 ? angle2 : start.largest_angle2;
+  const bool first = next == steps, asked = first || (next > steps && next - steps >= steps);
+  if (stays && !asked) return next;
+  const bool rests = stays && is_at_rest(b, params, i, first ? steps - 1 : steps, displacement, angle);
+  start.farthest2 = start.largest_angle2 = 0;
+  store3(start.position, x);
+  start.orientation[0] = q.x, start.orientation[1] = q.y, start.orientation[2] = q.z, start.orientation[3] = q.w;
+  store3(start.v, vec3(m.v));
+  store3(start.w, vec3(m.w));
+  return rests ? steps : 1;
+}
+
 /// Those who are awake count on; whoever was woken is awake by now.
 template <class real>
-void count_still_steps(Buffers<real>& b) {
+void count_still_steps(Buffers<real>& b, const StepParams<real>& params) {
   for (u32 i = 0; i < b.sleepers.size(); ++i) {
     Sleeper& sleeper = b.sleepers[i];
     if (b.body_infos[i].kind != BODY_DYNAMIC || is_asleep(b, i)) continue;
     if (sleeper.island == ISLAND_WAKES) b.counters[COUNTER_CHANGED] = 1;
     sleeper.island = NONE;
-    const bool slow = is_slow(b.sleep_laws[i], b.motions[i]);
-    sleeper.still = slow ? std::min(sleeper.still, NONE - 1) + 1 : 0;
+    sleeper.still = still_steps(b, params, i, sleeper.still);
     if (is_sleep_candidate(b, i)) b.counters[COUNTER_SLEEP_CANDIDATES] = 1;
   }
 }
@@ -140,9 +240,9 @@ void keep_impulses(Buffers<real>& b) {
 }
 
 template <class real>
-void fall_asleep(Buffers<real>& b, const StepParams<real>&) {
+void fall_asleep(Buffers<real>& b, const StepParams<real>& params) {
   if (step_aborted(b.counters)) return;
-  count_still_steps(b);
+  count_still_steps(b, params);
   if (b.counters[COUNTER_SLEEP_CANDIDATES] != 0) put_to_sleep(b, find_islands(b));
   count_sleepers(b);
   if (b.counters[COUNTER_CHANGED] != 0) keep_impulses(b);

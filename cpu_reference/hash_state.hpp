@@ -100,6 +100,7 @@ void hash_state_sleepers(Buffers<real>& b) {
     u64 h = hash_word(hash_start(HASHED_SLEEPER), b.body_infos[i].id);
     h = hash_word(h, sleeper.still);
     h = hash_word(h, sleeper.island < ISLAND_WAKES ? b.body_infos[sleeper.island].id : sleeper.island);
+    if (sleeper.still != 0) h = hash_words(h, b.still_starts[i]);
     hash_add_state(b.world_hashes[b.body_infos[i].world], h);
   }
   hash_state_keys(b, HASHED_SLEPT, b.slept_count, b.slept_keys, b.slept_impulses, b.slept_moments);

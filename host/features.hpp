@@ -42,7 +42,7 @@ enum class Feature : std::uint64_t {
   facets = 1ull << 31,            // some hulls are triangles of a surface
   impact_laws = 1ull << 32,       // some materials bounce by another law than Newton's
   non_holonomic = 1ull << 33,     // some joints lock velocities alone: skates, and what rolls
-  sleeping = 1ull << 34,          // islands of bodies that have been slow for long sleep until they are touched
+  sleeping = 1ull << 34,          // islands of bodies that are at rest for long sleep until they are touched
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
   angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
   static_friction = 1ull << 37,   // some stick by more than they slide with

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/error.hpp"
@@ -11,10 +12,12 @@ namespace lockstep {
 
 inline bool is_asleep(const Sleeper& sleeper) { return sleeper.island < ISLAND_WAKES; }
 
-/// Wakes the island that the body sleeps in; false where it does not sleep. The next step finds its impulses again.
+/// Wakes the island that the body sleeps in: the next step finds its impulses again. A body that is awake begins anew
+/// to be still. False where that changes nothing.
 inline bool wake_island_of(std::vector<Sleeper>& sleepers, u32 body) {
-  if (body >= sleepers.size() || !is_asleep(sleepers[body])) return false;
+  if (body >= sleepers.size()) return false;
   const u32 island = sleepers[body].island;
+  if (!is_asleep(sleepers[body])) return std::exchange(sleepers[body].still, 0u) != 0;
   for (Sleeper& sleeper : sleepers) {
     if (sleeper.island == island) sleeper = {0, ISLAND_WAKES};
   }

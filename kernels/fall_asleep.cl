@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Counts how long bodies have been slow, and lets islands fall asleep (cpu_reference/fall_asleep.hpp).
+// Counts how long bodies have been still, and lets islands fall asleep (cpu_reference/fall_asleep.hpp).
 #include "common.h"
+#include "rest_bounds.h"
 #include "rigid_body.h"
 #include "sleep.h"
 #include "types.h"
@@ -11,10 +12,96 @@ static inline bool is_sleep_candidate(u32 body, u32 bodies, global const BodyInf
   return sleepers[body].island == NONE && sleepers[body].still >= sleep_steps[body_infos[body].world];
 }
 
+static inline bool is_slow(SleepLaw law, Vec3 v, Vec3 w) {
+  return dot3(v, v) <= law.speed * law.speed && dot3(w, w) <= law.angular_speed * law.angular_speed;
+}
+
+static inline bool goes_on(Vec3 displacement, Vec3 v0, Vec3 v1, real farthest2, real time, real dt, real radius) {
+  const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
+  const real largest = (square0 > square1 ? square0 : square1) * (time * time);
+  const Vec3 even = add3(scale3((real)0.5f * (time - dt), v0), scale3((real)0.5f * (time + dt), v1));
+  const Vec3 miss = sub3(displacement, even);
+  const real drift = (real)REST_DRIFT * radius;
+  return largest > drift * drift && largest <= (real)64 * farthest2 && (real)16 * dot3(miss, miss) <= largest;
+}
+
+static inline bool falls(Vec3 gravity, Vec3 load, Vec3 change, real step_time) {
+  const Vec3 sum = add3(gravity, load);
+  const real square = dot3(sum, sum);
+  return square > (real)REST_BALANCE * (dot3(gravity, gravity) + dot3(load, load)) &&
+         (real)4 * dot3(change, change) > step_time * step_time * square;
+}
+
+static inline bool is_moved_by(Vec3 acceleration, Vec3 change, real time) {
+  const real along = dot3(change, acceleration), full = dot3(acceleration, acceleration) * time;
+  return full > (real)0 && along >= (real)0.5f * full && along <= (real)1.5f * full;
+}
+
+static inline Vec3 angle_between(Quat before, Quat after) {
+  const Quat delta = multiply4(after, make4(-before.x, -before.y, -before.z, before.w));
+  const real twice = delta.w < (real)0 ? (real)-2 : (real)2;
+  return scale3(twice, make3(delta.x, delta.y, delta.z));
+}
+
+static inline bool is_at_rest(const StepParams* params, u32 steps, real radius, Vec3 displacement, Vec3 angle,
+                              Motion motion, StillStart start, Vec3 gravity, Load load) {
+  const real step_time = params->dt * (real)params->substeps, time = (real)steps * step_time;
+  const Vec3 v0 = vec3(start.v), w0 = vec3(start.w), v1 = vec3(motion.v), w1 = vec3(motion.w);
+  const Vec3 change = sub3(v1, v0);
+  const Vec3 acceleration = scale3(motion.inverse_mass, vec3(load.force));
+  const Vec3 angular_acceleration = apply_inverse_inertia(motion, vec3(load.torque));
+  return !goes_on(displacement, v0, v1, start.farthest2, time, params->dt, radius) &&
+         !goes_on(angle, w0, w1, start.largest_angle2, time, params->dt, (real)1) &&
+         !falls(gravity, acceleration, change, step_time) && !is_moved_by(acceleration, change, time) &&
+         !is_moved_by(angular_acceleration, sub3(w1, w0), time);
+}
+
+static inline u32 still_steps(const StepParams* params, u32 still, u32 steps, SleepLaw law, Motion motion, Vec3 gravity,
+                              Load load, Vec4 position, Vec4 orientation, global StillStart* start) {
+  const Vec3 v = vec3(motion.v), w = vec3(motion.w);
+  if (!is_slow(law, v, w)) return 0u;
+  const u32 next = (still < NONE - 1u ? still : NONE - 1u) + 1u;
+  const Vec3 x = vec3_of(position);
+  const Quat q = quat(orientation);
+  StillStart was = *start;
+  const Vec3 displacement = sub3(x, vec3(was.position));
+  const Vec3 angle =
+      angle_between(make4(was.orientation[0], was.orientation[1], was.orientation[2], was.orientation[3]), q);
+  const real bound = (real)REST_TREMBLE * law.radius;
+  const real distance2 = dot3(displacement, displacement), angle2 = dot3(angle, angle);
+  const bool stays = still != 0u && distance2 < bound * bound && angle2 < (real)REST_TREMBLE * (real)REST_TREMBLE;
+  was.farthest2 = distance2 > was.farthest2 ? distance2 : was.farthest2;
+  was.largest_angle2 = angle2 > was.largest_angle2 ? angle2 : was.largest_angle2;
+  const bool first = next == steps, asked = first || (next > steps && next - steps >= steps);
+  if (stays && !asked) {
+    start->farthest2 = was.farthest2;
+    start->largest_angle2 = was.largest_angle2;
+    return next;
+  }
+  const bool rests = stays && is_at_rest(params, first ? steps - 1u : steps, law.radius, displacement, angle, motion,
+                                         was, gravity, load);
+  for (u32 k = 0u; k < 3u; ++k) {
+    start->v[k] = motion.v[k];
+    start->w[k] = motion.w[k];
+  }
+  start->farthest2 = (real)0;
+  start->largest_angle2 = (real)0;
+  start->position[0] = x.x;
+  start->position[1] = x.y;
+  start->position[2] = x.z;
+  start->orientation[0] = q.x;
+  start->orientation[1] = q.y;
+  start->orientation[2] = q.z;
+  start->orientation[3] = q.w;
+  return rests ? steps : 1u;
+}
+
 // The first of five: those who are awake count on. Each body is a tree of its own, and nobody is disturbed.
 kernel void sleep_count(const StepParams params, global const BodyInfo* body_infos, global const SleepLaw* sleep_laws,
-                        global const u32* sleep_steps, global const Motion* motions, global Sleeper* sleepers,
-                        global u32* island_parents, global u32* disturbed_bodies, global u32* counters) {
+                        global const u32* sleep_steps, global const Vec4* gravities, global const Load* loads,
+                        global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
+                        global Sleeper* sleepers, global StillStart* still_starts, global u32* island_parents,
+                        global u32* disturbed_bodies, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   bool any_candidate = false, changed = false;
   FOR_EACH(i, params.bodies) {
@@ -22,13 +109,16 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
     disturbed_bodies[i] = 0u;
     if (body_infos[i].kind != BODY_DYNAMIC || is_asleep(sleepers, i)) continue;
     changed = changed || sleepers[i].island == ISLAND_WAKES;
-    const SleepLaw law = sleep_laws[i];
-    const Motion motion = motions[i];
-    const Vec3 v = vec3(motion.v), w = vec3(motion.w);
-    const bool slow = dot3(v, v) <= law.speed * law.speed && dot3(w, w) <= law.angular_speed * law.angular_speed;
-    const u32 still = sleepers[i].still < NONE - 1u ? sleepers[i].still : NONE - 1u;
+    const u32 world = body_infos[i].world;
+#if FEATURE_LOADS
+    const Load load = loads[i];
+#else
+    const Load load = {{(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0};
+#endif
+    const u32 still = still_steps(&params, sleepers[i].still, sleep_steps[world], sleep_laws[i], motions[i],
+                                  vec3_of(gravities[world]), load, positions[i], orientations[i], &still_starts[i]);
     sleepers[i].island = NONE;
-    sleepers[i].still = slow ? still + 1u : 0u;
+    sleepers[i].still = still;
     any_candidate = any_candidate || is_sleep_candidate(i, params.bodies, body_infos, sleep_steps, sleepers);
   }
   if (any_candidate) atomic_or(&counters[COUNTER_SLEEP_CANDIDATES], 1u);

@@ -220,7 +220,8 @@ kernel void hash_state_slept(global const BodyInfo* body_infos, global const Sha
 }
 
 kernel void hash_state_sleepers(const StepParams params, global const BodyInfo* body_infos,
-                                global const Sleeper* sleepers, global WorldHash* world_hashes) {
+                                global const Sleeper* sleepers, global const StillStart* still_starts,
+                                global WorldHash* world_hashes) {
   HashSum sum = hash_nothing();
   FOR_EACH(i, params.bodies) {
     const Sleeper sleeper = sleepers[i];
@@ -228,6 +229,8 @@ kernel void hash_state_sleepers(const StepParams params, global const BodyInfo* 
     ulong h = hash_word(hash_start(HASHED_SLEEPER), body_infos[i].id);
     h = hash_word(h, sleeper.still);
     h = hash_word(h, sleeper.island < ISLAND_WAKES ? body_infos[sleeper.island].id : sleeper.island);
+    if (sleeper.still != 0u)
+      h = hash_words(h, (global const u32*)&still_starts[i], (u32)(sizeof(StillStart) / sizeof(u32)));
     hash_add_state(&sum, h);
   }
   hash_hand_over(&sum, world_hashes);

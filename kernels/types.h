@@ -135,7 +135,7 @@ enum Counter {
   COUNTER_SWEEPS = 16,        // sweeps of all sub-steps so far, where a tolerance ends them
   COUNTER_SWEEP_CHANGE = 17,  // bits of a float: the largest change of the sweep that runs, m/s; 0 between sub-steps
   COUNTER_SETTLED = 18,       // 1 once a sweep of the sub-step changed less than the tolerance; 0 between sub-steps
-  COUNTER_SLEEP_CANDIDATES = 19,      // 1 where some body has been slow for long enough to fall asleep
+  COUNTER_SLEEP_CANDIDATES = 19,      // 1 where some body has been at rest for long enough to fall asleep
   COUNTER_CHANGED = 20,               // 1 where bodies woke or fell asleep in the step
   COUNTER_ASLEEP = 21,                // bodies asleep at the end of the step
   COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
@@ -306,8 +306,8 @@ RECORD(ParticleLaw) {
   real pad[2];
 };
 
-// Of a body, which is slow below both (feature sleeping).
-RECORD(SleepLaw) { real speed, angular_speed; };  // m/s, rad/s
+// Of a body, which is still below both speeds alone (feature sleeping). The radius is about its centre of mass.
+RECORD(SleepLaw) { real speed, angular_speed, radius, pad; };  // m/s, rad/s, m
 
 // A plane that particles rest on, in the frame of its body.
 RECORD(ParticlePlane) {
@@ -332,13 +332,24 @@ LINE_RECORD(Motion) {
   real pad[3];
 };
 
-// How long a dynamic body has been slow, and what it sleeps with (feature sleeping; cpu_reference/sleep.hpp).
+// How long a dynamic body has been still, and what it sleeps with (feature sleeping; cpu_reference/sleep.hpp).
 INDEX_RECORD(Sleeper) {
   u32 still;   // steps in a row; 0 of one that sleeps
   u32 island;  // the smallest index of a body of its island; NONE of a body that is awake, and ISLAND_WAKES of one that
                // has been woken since the last step
 };
 #define ISLAND_WAKES 0xfffffffeu
+
+// What a body was like at the end of the first of the steps that Sleeper::still counts, or when it was last found at
+// rest.
+LINE_RECORD(StillStart) {
+  real position[3];
+  real farthest2;  // m^2, square of the largest distance from there since then
+  real orientation[4];
+  real v[3];
+  real largest_angle2;  // rad^2, square of the largest angle from there since then
+  real w[3], pad;
+};
 
 LINE_RECORD(Velocity) {
   real v[3], pad_v;

@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(Variants, AngularFriction,
                          name_of);
 
 // Balls, boxes and cylinders in a heap, of materials that turn freely and that do not; they slide and spin.
-Scene heap(const std::string& settings) {
+Scene heap(const std::string& settings, const std::string& more = "") {
   return parse_scene(fmt::format(R"({{
     "description": "a heap with angular friction",
     "settings": {{"dt": 0.005, "iterations": 4 {}}},
@@ -147,8 +147,8 @@ Scene heap(const std::string& settings) {
          {{"name": "drum", "density": 500, "position": [0.1, 0.25, 0.2], "angular_velocity": [0, 6, 2],
           "shapes": [{{"type": "cylinder", "radius": 0.06, "length": 0.12, "material": "free"}}]}},
          {{"name": "slider", "density": 500, "position": [0.3, 0.3, 0.12], "velocity": [0, -1, 0],
-          "shapes": [{{"type": "sphere", "radius": 0.05, "material": "ice"}}]}}]}}]}})",
-                                 settings),
+          "shapes": [{{"type": "sphere", "radius": 0.05, "material": "ice"}}]}}]}}{}]}})",
+                                 settings, more),
                      "angular_friction_test");
 }
 
@@ -170,10 +170,11 @@ TYPED_TEST(AngularFrictionTwins, AgreeByEverySolver) {
     expect_twins_agree(compile<TypeParam>(heap(settings)), 20, {DeviceOptions()});
 }
 
-// Moments wait with the impulses of sleepers; what a ball of the heap falls on wakes.
+// Moments wait with the impulses of sleepers; a box that stands beside the heap is hit, and wakes.
 TYPED_TEST(AngularFrictionTwins, AgreeWhereSomeSleep) {
   const InitialState<TypeParam> state =
-      compile<TypeParam>(heap(R"(, "sleeping": {"after": 0.02, "speed": 0.5, "angular_speed": 4})"));
+      compile<TypeParam>(heap(R"(, "sleeping": {"after": 0.02})", R"(, {"density": 500, "position": [1.15, -0.12, 0.1],
+                              "shapes": [{"type": "box", "size": [0.2, 0.2, 0.2], "material": "rolls"}]})"));
   ReferenceBackend<TypeParam> backend(state);
   u32 most = 0, woken = 0;
   for (int i = 0; i < 60; ++i) {

@@ -65,7 +65,7 @@ TEST(FallAsleep, KernelMatchesReference) {
     sleep(many);
     // nobody moves: large islands
     InitialState<float> still = many;
-    for (Motion<float>& motion : still.buffers.motions) motion = {};
+    let_rest(still);
     for (Sleeper& sleeper : still.buffers.sleepers) sleeper.still = 7;
     sleep(still);
   }
@@ -88,7 +88,7 @@ TEST(FallAsleep, IslandsAreNamedByTheirFirstBody) {
   std::sort(chain.begin(), chain.end());
   InitialState<float> state = contact_graphs<float>({std::vector<BodyKind>(count, BODY_DYNAMIC)}, {chain});
   add_sleepers(state, random, 10, 10);
-  for (Motion<float>& motion : state.buffers.motions) motion = {};
+  let_rest(state);
   for (Sleeper& sleeper : state.buffers.sleepers) sleeper = {4, NONE};
   state.buffers.motions[order[40]].v[0] = 1;  // keeps the first piece awake
   const Buffers<float> after = sleep(state);
@@ -107,7 +107,7 @@ TEST(FallAsleep, CountsStepsOfSlowBodiesAlone) {
   Random random(1);
   add_sleepers(state, random, 2, 10);
   Buffers<float>& b = state.buffers;
-  for (Motion<float>& motion : b.motions) motion = {};
+  let_rest(state);
   b.sleepers = {{3, NONE}, {3, NONE}, {4, NONE}, {4, NONE}, {4, ISLAND_WAKES}, {NONE, NONE}};
   b.motions[1].v[2] = 0.011f;   // faster than 0.01 m/s
   b.motions[3].w[0] = 0.0501f;  // than 0.05 rad/s
@@ -127,7 +127,7 @@ TEST(FallAsleep, AKinematicBodyThatMovesKeepsAwakeWhatTouchesIt) {
     InitialState<float> state = contact_graphs<float>({kinds}, {{{0, 1}, {0, 3}, {1, 2}}});
     Random random(1);
     add_sleepers(state, random, 2, 10);
-    for (Motion<float>& motion : state.buffers.motions) motion = {};
+    let_rest(state);
     for (u32 i = 0; i < 2; ++i) state.buffers.sleepers[i] = {8, NONE};
     state.buffers.motions[2].v[0] = moves ? 0.001f : 0.0f;
     const Buffers<float> after = sleep(state);

@@ -92,7 +92,7 @@ TEST(SceneReader, SleepingIsASwitchOrNumbers) {
   ASSERT_TRUE(sleeping("true"));
   EXPECT_EQ(sleeping("true")->after, 0.5);
   EXPECT_EQ(sleeping("true")->speed, std::nullopt);
-  EXPECT_EQ(sleeping("true")->angular_speed, 0.05);
+  EXPECT_EQ(sleeping("true")->angular_speed, 0.8);
   const auto told = sleeping(R"({"after": 2, "speed": 0.125, "angular_speed": 0})");
   EXPECT_EQ(told->after, 2);
   EXPECT_EQ(told->speed, 0.125);

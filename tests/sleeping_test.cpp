@@ -17,26 +17,31 @@ bool is_slow(const Motion<float>& m, float speed = 0.01f, float angular_speed = 
   return square(m.v) <= speed * speed && square(m.w) <= angular_speed * angular_speed;
 }
 
-TEST(Sleeping, AStackSleepsWhenAllHaveBeenSlowForTheTimeTold) {
+TEST(Sleeping, AStackSleepsWhenAllHaveBeenAtRestForTheTimeTold) {
   // let fall from 2 mm, so that it has to come to rest first
   const std::string bodies = box(0, 0.502) + ", " + box(0, 1.504) + ", " + box(0.1, 2.506);
-  const InitialState<float> state = compile<float>(scene_of(bodies));
   Simulation<float> awake = on_reference(compile<float>(scene_of(bodies, R"("sleeping": {"after": 1e9})")));
-  Simulation<float> simulation = on_reference(state);
-  u32 slow_steps = 0, waited = 0;  // of all at once
-  while (slow_steps < steps_of_half_a_second) {
+  Simulation<float> simulation = on_reference(compile<float>(scene_of(bodies)));
+  std::vector<std::vector<Vec4<float>>> path;  // by step
+  u32 slow_steps = 0;                          // of all at once, and so slow that they are at rest
+  while (!sleeps(simulation, 1)) {
     ASSERT_LT(simulation.steps_done(), 200u);
-    for (u32 body = 1; body <= 3; ++body) EXPECT_FALSE(sleeps(simulation, body)) << simulation.steps_done();
+    ASSERT_LT(slow_steps, 2 * steps_of_half_a_second);
+    for (u32 body = 2; body <= 3; ++body) EXPECT_FALSE(sleeps(simulation, body)) << simulation.steps_done();
     awake.step();
     simulation.step();
+    path.push_back(state_of(awake).positions);
     const auto& motions = state_of(awake).motions;
-    const float speed = state.buffers.sleep_laws[1].speed;
-    const bool slow = is_slow(motions[1], speed) && is_slow(motions[2], speed) && is_slow(motions[3], speed);
+    const bool slow = is_slow(motions[1]) && is_slow(motions[2]) && is_slow(motions[3]);
     slow_steps = slow ? slow_steps + 1 : 0;
-    waited += slow ? 0 : 1;
   }
-  EXPECT_GT(waited, 1u);  // else nothing was seen
-  for (u32 body = 1; body <= 3; ++body) EXPECT_TRUE(sleeps(simulation, body));
+  EXPECT_GT(path.size(), steps_of_half_a_second + 1);  // else nothing was seen
+  const double radius = std::sqrt(0.75);
+  for (u32 body = 1; body <= 3; ++body) {
+    EXPECT_TRUE(sleeps(simulation, body));
+    for (std::size_t k = path.size() - steps_of_half_a_second; k < path.size(); ++k)
+      EXPECT_NEAR(path[k][body].z, path.back()[body].z, 2 * radius / 256) << body << ", " << k;
+  }
   EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 3u);
   EXPECT_EQ(simulation.counters()[COUNTER_ISLANDS], 1u);
   // up to the step in which it fell asleep all was as without
@@ -49,7 +54,7 @@ TEST(Sleeping, TimeIsCountedInSteps) {
   EXPECT_EQ(sleep_steps(0.5, 0.015625), 32u);
   EXPECT_EQ(sleep_steps(0.5, 0.3), 2u);
   EXPECT_EQ(sleep_steps(0.1, 0.01), 10u);
-  EXPECT_EQ(sleep_steps(1e-9, 0.01), 1u);
+  EXPECT_EQ(sleep_steps(1e-9, 0.01), 2u);
   EXPECT_EQ(sleep_steps(1e30, 0.01), NONE);
 }
 
@@ -92,32 +97,25 @@ TEST(Sleeping, AStepAtRestIsTheStep) {
   }
 }
 
-// Where it turns it is slow, but not for long enough; one that may sleep sooner does.
+// Where it reverses it is slow: for less than `after`, and for more.
 TEST(Sleeping, APendulumDoesNotSleepWhereItReverses) {
-  const auto pendulum = [](const char* after) {
-    return on_reference(compile<float>(
+  for (const char* after : {"0.1", "0.03"}) {
+    Simulation<float> simulation = on_reference(compile<float>(
         scene_of(R"({"name": "bob", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 5]})",
                  R"("sleeping": {"speed": 0.3, "angular_speed": 0.3, "after": )" + std::string(after) + "}",
                  R"(, "joints": [{"type": "ball", "bodies": ["world", "bob"], "anchor": [0, 0, 5]}])")));
-  };
-  Simulation<float> simulation = pendulum("0.1");
-  u32 reversals = 0, slow_steps = 0, longest = 0;
-  for (u32 i = 0; i < 640; ++i) {
-    simulation.step();
-    const bool slow = is_slow(state_of(simulation).motions[1], 0.3f, 0.3f);
-    reversals += slow && slow_steps == 0 ? 1 : 0;
-    slow_steps = slow ? slow_steps + 1 : 0;
-    longest = std::max(longest, slow_steps);
-    ASSERT_FALSE(sleeps(simulation, 1)) << i;
-  }
-  EXPECT_GE(reversals, 8u);
-  EXPECT_GE(longest, 3u);
-  EXPECT_LT(longest, sleep_steps(0.1, 0.015625));
-
-  Simulation<float> sooner = pendulum("0.03");
-  while (!sleeps(sooner, 1)) {
-    ASSERT_LT(sooner.steps_done(), 200u);
-    sooner.step();
+    u32 reversals = 0, slow_steps = 0, longest = 0;
+    for (u32 i = 0; i < 640; ++i) {
+      simulation.step();
+      const bool slow = is_slow(state_of(simulation).motions[1], 0.3f, 0.3f);
+      reversals += slow && slow_steps == 0 ? 1 : 0;
+      slow_steps = slow ? slow_steps + 1 : 0;
+      longest = std::max(longest, slow_steps);
+      ASSERT_FALSE(sleeps(simulation, 1)) << after << ", " << i;
+    }
+    EXPECT_GE(reversals, 8u);
+    EXPECT_GE(longest, 3u);
+    EXPECT_LT(longest, sleep_steps(0.1, 0.015625));
   }
 }
 
@@ -157,7 +155,7 @@ TEST(Sleeping, WhatAKinematicBodyCarriesStaysAwakeWhileItMoves) {
       simulation.backend().upload(Buffer::motions, buffers);
     };
     set_lift(0);
-    for (u32 i = 0; i <= steps_of_half_a_second; ++i) simulation.step();
+    for (u32 i = 0; i <= 2 * steps_of_half_a_second; ++i) simulation.step();
     EXPECT_TRUE(sleeps(simulation, 2)) << velocity;
     set_lift(0.5f);
     simulation.step();
@@ -212,7 +210,7 @@ TEST(Sleeping, AStackThatWakesDoesNotJolt) {
       const Motion<float>& m = state_of(simulation).motions[std::size_t(body)];
       fastest = std::max({fastest, double(std::abs(m.v[0])), double(std::abs(m.v[1])), double(std::abs(m.v[2]))});
     }
-    EXPECT_LT(fastest, 0.01) << solver;  // gravity alone gives 0.15 m/s in a step
+    EXPECT_LT(fastest, 0.02) << solver;  // gravity alone gives 0.15 m/s in a step
   }
 }
 

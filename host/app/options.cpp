@@ -113,7 +113,7 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
     else if (name == "sleeping")
       command
           .add_option("--sleeping", options.sleeping,
-                      "Let islands sleep whose bodies have been slow for so many seconds, or off (docs/sleeping.md)")
+                      "Let islands sleep whose bodies have been at rest for so many seconds, or off (docs/sleeping.md)")
           ->check(CLI::Validator([](const std::string& text) { return text == "off" ? std::string() : positive(text); },
                                  ""))
           ->type_name("[> 0, s]|off")

@@ -15,14 +15,15 @@ u32 sleep_steps(double after, double dt) {
   const double steps = after / dt, whole = std::floor(steps);
   // what is a whole number but for the rounding of both is meant to be one
   const double wanted = steps - whole <= 1e-9 * whole ? whole : whole + 1;
-  return wanted < 1 ? 1u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
+  return wanted < 2 ? 2u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
 }
 
 namespace {
 
-// The speed below which a body is slow, of its radius about the centre of mass: of its shapes, or of gyration.
+// The radius of a body about its centre of mass, of its shapes or of gyration; the speed up to which it is still
+// follows it, unless it is given.
 template <class real>
-void follow_bodies(Buffers<real>& buffers) {
+void follow_bodies(Buffers<real>& buffers, bool has_speed) {
   std::vector<double> radii(buffers.body_infos.size(), 0);
   for (std::size_t i = 0; i < buffers.shapes.size(); ++i) {
     const Shape<real>& shape = buffers.shapes[i];
@@ -34,7 +35,8 @@ void follow_bodies(Buffers<real>& buffers) {
     const Mass<real>& mass = buffers.masses[i];
     const double inertia = double(std::max({mass.inertia[0], mass.inertia[1], mass.inertia[2]}));
     if (mass.mass > 0) radii[i] = std::max(radii[i], exact::square_root(inertia / double(mass.mass)));
-    buffers.sleep_laws[i].speed = static_cast<real>(sleep_speed_share * radii[i]);
+    buffers.sleep_laws[i].radius = static_cast<real>(radii[i]);
+    if (!has_speed) buffers.sleep_laws[i].speed = static_cast<real>(sleep_speed_share * radii[i]);
   }
 }
 
@@ -66,11 +68,12 @@ void compile_sleeping(const Scene& scene, InitialState<real>& state) {
   const Origin origin = {scene};
   const SleepSettings& law = *settings.sleeping;
   const SleepLaw<real> given = {rounded<real>(law.speed.value_or(0), "sleeping/speed", origin),
-                                rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
+                                rounded<real>(law.angular_speed, "sleeping/angular_speed", origin), 0, 0};
   state.buffers.sleep_laws.assign(state.buffers.body_infos.size(), given);
-  if (!law.speed) follow_bodies(state.buffers);
+  follow_bodies(state.buffers, law.speed.has_value());
   state.buffers.sleep_steps.assign(state.sizes.worlds, sleep_steps(law.after, settings.dt));
   state.buffers.sleepers.assign(state.buffers.body_infos.size(), {0, NONE});
+  state.buffers.still_starts.assign(state.buffers.body_infos.size(), {});
 }
 
 template void compile_sleeping<float>(const Scene&, InitialState<float>&);

@@ -5,7 +5,8 @@
 
 namespace lockstep {
 
-/// Steps of so many seconds that are `after` seconds or just more; at least one.
+/// Steps of so many seconds that are `after` seconds or just more; at least two, between whose ends a body is seen to
+/// be at rest.
 u32 sleep_steps(double after, double dt);
 
 /// The feature and its laws, of a scene that has the setting `sleeping` and all bodies and other features by now;

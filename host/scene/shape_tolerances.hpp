@@ -22,6 +22,6 @@ inline std::array<ShapeTolerance, 3> shape_tolerances(const Settings& settings) 
 constexpr double stick_speed_share = 0.02;
 
 /// 1/s, of the radius about the centre of mass that holds the body: what is slower may sleep.
-constexpr double sleep_speed_share = 0.0115;
+constexpr double sleep_speed_share = 0.184;
 
 }  // namespace lockstep

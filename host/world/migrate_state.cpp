@@ -157,6 +157,7 @@ void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, 
     if (new_body[i] == NONE) continue;
     Sleeper& current = state.buffers.sleepers[new_body[i]];
     current = sleepers[i];
+    state.buffers.still_starts[new_body[i]] = from.still_starts[i];
     if (is_asleep(current)) current.island = names[current.island];
   }
 }
