@@ -1,11 +1,13 @@
 #include "host/simulation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host/energy_budget.hpp"
-#include "host/error.hpp"
+#include "host/item_error.hpp"
 #include "host/sleepers.hpp"
 #include "host/step.hpp"
 #include "host/stop_request.hpp"
@@ -25,6 +27,7 @@ struct Trouble {
   StatusBit bit;
   Stage stage;
   const char* what;
+  const char* acts = nullptr;  // what made the velocity, where the trouble is one
 };
 
 static_assert(DENSE_CONTACTS == 4096, "say the new limit below");
@@ -35,13 +38,15 @@ constexpr Trouble troubles[] = {
     {STATUS_TOO_DENSE, Stage::couple_contacts,
      "its world has more than 4096 contacts, the most that dense_gauss_seidel takes; take gauss_seidel"},
     {STATUS_BAD_FORCES, Stage::integrate_velocities,
-     "the forces make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
+     "the forces make its velocity infinite, not a number or faster than the speed limit; try a shorter time step",
+     "the forces"},
     {STATUS_BAD_CONTACTS, Stage::integrate_positions,
      "contacts or joints make its velocity infinite, not a number or faster than the speed limit; try a shorter time "
-     "step"},
+     "step",
+     "contacts or joints"},
     {STATUS_BAD_POSE, Stage::count, "its pose is infinite or not a number; try a shorter time step"},
     {STATUS_BAD_FLIGHT, Stage::integrate_free_flight,
-     "its velocity is infinite, not a number or faster than the speed limit; try a shorter time step"},
+     "its velocity is infinite, not a number or faster than the speed limit; try a shorter time step", "the forces"},
 };
 
 // The first body whose state is no number, or the one that is farthest out: what has no cell in the grid.
@@ -63,17 +68,39 @@ u32 body_out_of_grid(Backend<real>& backend) {
   return farthest;
 }
 
+// What is wrong with the velocity of a body: the step ends with it, unless contacts have changed it since.
 template <class real>
-std::string name_of_body(Backend<real>& backend, const Counters& counters) {
-  const u32 body = counters[COUNTER_BAD_BODY] != 0 ? NONE - counters[COUNTER_BAD_BODY] : body_out_of_grid(backend);
-  if (body >= backend.sizes().bodies) return "some body";
-  const Buffer wanted[] = {Buffer::body_infos};
-  const BodyInfo info = backend.download(wanted).body_infos[body];
-  return "body " + std::to_string(info.id) + " of world " + std::to_string(info.world);
+std::string cause_of(const Trouble& trouble, const BodyInfo& info, const Motion<real>& motion, double limit) {
+  const real(&v)[3] = motion.v;
+  const real(&w)[3] = motion.w;
+  const double speed = std::hypot(double(v[0]), double(v[1]), double(v[2]));
+  if (!std::isfinite(speed) || !std::isfinite(double(w[0]) + double(w[1]) + double(w[2])))
+    return std::string(trouble.acts) + " make its velocity infinite or not a number; try a shorter time step";
+  if (!(speed > limit)) return trouble.what;
+  const std::string over = fmt::format("{:.3g} m/s, above the setting \"speed_limit\" of {:.3g} m/s; ", speed, limit);
+  if (info.kind == BODY_KINEMATIC)
+    return "was told to move at " + over + "give it a lower velocity, or raise the limit";
+  return std::string(trouble.acts) + " leave it at " + over +
+         "try a shorter time step or a lower velocity, or raise the limit";
 }
 
 template <class real>
-void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) {
+[[noreturn]] void refuse(Backend<real>& backend, const Counters& counters, const Trouble& trouble,
+                         const std::string& where, const StepParams<real>& params) {
+  const u32 body = counters[COUNTER_BAD_BODY] != 0 ? NONE - counters[COUNTER_BAD_BODY] : body_out_of_grid(backend);
+  if (body >= backend.sizes().bodies)
+    throw Error(Failure::comparison, where, std::string("some body: ") + trouble.what);
+  const Buffer wanted[] = {Buffer::body_infos, Buffer::motions};
+  const Buffers<real>& current = backend.download(wanted);
+  const BodyInfo& info = current.body_infos[body];
+  const std::string cause = trouble.acts && body < current.motions.size()
+                                ? cause_of(trouble, info, current.motions[body], double(params.speed_limit))
+                                : trouble.what;
+  throw ItemError(Failure::comparison, where, Item::body, info.world, info.id, cause);
+}
+
+template <class real>
+void refuse_trouble(Backend<real>& backend, const Counters& counters, const StepParams<real>& params, u32 step) {
   for (const Trouble& trouble : troubles) {
     if (!(counters[COUNTER_STATUS] & trouble.bit)) continue;
     // a pose goes bad in the stage that moves it, and particles have a grid of their own
@@ -83,8 +110,7 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) 
                         : trouble.stage != Stage::count             ? trouble.stage
                         : flies                                     ? Stage::integrate_free_flight
                                                                     : Stage::integrate_positions;
-    throw Error(Failure::comparison, "step " + std::to_string(step) + ", " + std::string(info(stage).name),
-                name_of_body(backend, counters) + ": " + trouble.what);
+    refuse(backend, counters, trouble, fmt::format("step {}, {}", step, info(stage).name), params);
   }
 }
 
@@ -171,7 +197,7 @@ void Simulation<real>::make_step() {
     if (status & STATUS_FULL) make_longer(status);
     if (status & STATUS_WOKEN) ++wakings_;
   }
-  refuse_trouble(*backend_, counters_, steps_done_);
+  refuse_trouble(*backend_, counters_, params_, steps_done_);
   if (has(backend_->features(), Feature::sleeping)) expect_color_ranks_for(counters_[COUNTER_CONTACTS], steps_done_);
   if (const u32 unsolved = counters_[COUNTER_UNSOLVED]; unsolved > 0) {
     Unsolved sweeps = Unsolved::of(unsolved, steps_done_, Stop::limit, 0, double(params_.tolerance));

@@ -105,7 +105,7 @@ TEST(WorldJoints, JointsGoAndHandlesStayGood) {
   world.remove(c);
   EXPECT_FALSE(world.contains(second)) << "it went with its body";
   EXPECT_NE(world.add(ball_joint({1, 0, 0}), a, b), first) << "never given twice";
-  EXPECT_EQ(refusal([&] { world.remove(first); }), "joint 0: is not in this world any more");
+  EXPECT_EQ(refusal([&] { world.remove(first); }), "joint \"shoulder\": is not in this world any more");
   world.step();
 }
 
@@ -142,12 +142,13 @@ TEST(WorldJoints, MotorsAreDrivenOtherwiseWhileAWorldRuns) {
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
   World coarse(empty_scene(), {.device = "reference", .precision = "float"});
   const JointHandle weak = coarse.add(hinge, coarse.add(box_at({0, 0, 0})));
-  EXPECT_EQ(refusal([&] { coarse.set_motor(weak, 0, 1e300); }), "joint 0: has a motor that float numbers cannot hold");
+  EXPECT_EQ(refusal([&] { coarse.set_motor(weak, 0, 1e300); }),
+            "joint \"shoulder\": has a motor that float numbers cannot hold");
   const JointHandle socket = world.add(ball_joint({0, 0, 0}), box);
   EXPECT_EQ(refusal([&] { world.set_motor(socket, 0, 1); }),
             "joint \"shoulder\": has nothing to limit, to drive or to push by a spring");
   world.remove(axle);
-  EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, 0); }), "joint 0: is not in this world any more");
+  EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, 0); }), "joint \"shoulder\": is not in this world any more");
 }
 
 // A box of 2 kg that has fallen for a while comes onto a spring, and to rest k x = m g below where it was then.

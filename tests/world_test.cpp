@@ -243,7 +243,7 @@ TEST(World, WhatLayOnARemovedBodyFalls) {
   EXPECT_NEAR(world.velocity(above).linear[2], -9.81 * 0.1, 1e-3);
   world.step(200);
   EXPECT_NEAR(world.pose(above).position[2], 0.5, 1e-3);
-  EXPECT_EQ(refusal([&] { world.pose(below); }), "body 1: is not in this world any more");
+  EXPECT_EQ(refusal([&] { world.pose(below); }), "body with the handle 1: is not in this world any more");
   EXPECT_NE(world.add(box_at({0, 0, 5})), below);  // a handle is never given twice
 }
 
@@ -345,7 +345,10 @@ TEST(World, PutsImmovableBodiesElsewhere) {
   world.teleport(fixed, {.position = {0, 9, 5}});
   world.step(20);
   EXPECT_NEAR(world.pose(box).position[2], 6 - 0.5 * 9.81 * 0.04 * 1.01, 2e-3);
-  EXPECT_EQ(refusal([&] { world.teleport(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
+  EXPECT_EQ(refusal([&] {
+              world.teleport(fixed, {}, {.linear = {1, 0, 0}});
+            }),
+            "body with the handle 1: is static and does not move");
   EXPECT_EQ(refusal([&] { world.teleport(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
 }
 
@@ -409,16 +412,16 @@ TEST(World, RefusesInvalidArguments) {
   EXPECT_EQ(refusal([&] {
               world.apply_impulse(floor, {1, 0, 0});
             }),
-            "body 0: is not dynamic, nothing from outside moves it; give it a velocity");
+            "body \"floor\": is not dynamic, nothing from outside moves it; give it a velocity");
   EXPECT_EQ(refusal([&] { world.apply(box, {.force = {nan, 0, 0}}); }), "force: must be finite");
   EXPECT_EQ(refusal([&] { world.set_kinematic_target(box, {}); }),
-            "body 1: is not kinematic; only such bodies go where they are told");
-  EXPECT_EQ(refusal([&] { world.set_velocity(floor, {}); }), "body 0: is static and does not move");
+            "body with the handle 1: is not kinematic; only such bodies go where they are told");
+  EXPECT_EQ(refusal([&] { world.set_velocity(floor, {}); }), "body \"floor\": is static and does not move");
   EXPECT_EQ(refusal([&] { load_table({}); }), "load table: has no rows");
   EXPECT_EQ(refusal([&] { load_table({{1, {}}, {1, {}}}); }), "load table, row 1: times must rise");
   EXPECT_EQ(refusal([&] { World(ground_scene(), {.device = "reference", .precision = "half"}); }),
             "settings.precision: must be float or double, is half");
-  EXPECT_EQ(refusal([&] { world.pose(BodyHandle{}); }), "body 4294967295: is not in this world any more");
+  EXPECT_EQ(refusal([&] { world.pose(BodyHandle{}); }), "body with the handle 4294967295: is not in this world");
   world.step();  // and is none the worse
 }
 

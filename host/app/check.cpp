@@ -12,6 +12,7 @@
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/item_names.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
@@ -97,7 +98,9 @@ void check(CheckCommand& options) {
   u32 different = 0;
   for (const Scene& scene : scenes) {
     try {
-      with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device); });
+      with_precision(scene, [&](auto real) {
+        with_item_names({&scene, 1}, [&] { check_scene<decltype(real)>(scene, options, *device); });
+      });
     } catch (const Mismatch& mismatch) {
       if (scenes.size() == 1) throw;
       // the others are compared all the same

@@ -14,6 +14,7 @@
 #include "host/problems/cone_file.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/measures.hpp"
+#include "host/scene/item_names.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/system_problem.hpp"
 
@@ -121,8 +122,10 @@ void export_system(const ExportOptions& options) {
   Scene scene = read_scene_with(options);
   scene.settings.steps = std::max(scene.settings.steps, *options.at + 1);  // it is not the scene's end that counts
   SolvedStep step;
-  with_precision(scene, [&](auto real) { step = system_at<decltype(real)>(scene, *options.at, options); });
-  write_system(step.system, scene, options);
+  with_item_names({&scene, 1}, [&] {
+    with_precision(scene, [&](auto real) { step = system_at<decltype(real)>(scene, *options.at, options); });
+    write_system(step.system, scene, options);
+  });
   expect_all_solved(scene.name, name_of(scene.settings.solver), step.unsolved);
 }
 

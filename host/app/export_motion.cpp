@@ -15,6 +15,7 @@
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
 #include "host/report/monitor.hpp"
+#include "host/scene/item_names.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
@@ -143,16 +144,16 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   tell_suspicions(scene, start);
   Still still = {scene.name, start.state.buffers.body_infos, names_of(scene), {}, {}, 0};
   still.start = poses_of(start.state.buffers.positions, start.state.buffers.orientations);
-  still.dt = double(start.state.params.dt) * start.state.params.substeps;
+  still.dt = scene.settings.dt;
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
   Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
                   energy_budget(start.state.buffers, start.state.features));
-  Simulation<real> simulation = simulate(start, options);
+  Simulation<real> simulation = with_item_names({&scene, 1}, [&] { return simulate(start, options); });
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
     try {
       while (simulation.steps_done() < step && !Interrupt::asked()) {
-        simulation.step();
+        with_item_names({&scene, 1}, [&] { simulation.step(); });
         monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
       }
     } catch (const Stopped&) {

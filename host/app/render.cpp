@@ -13,6 +13,7 @@
 #include "host/record/recording_reader.hpp"
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/item_names.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
@@ -101,7 +102,7 @@ template <class real>
 void render_scene(const Scene& scene, const RenderOptions& options) {
   Start<real> start = make_start<real>(scene, options);
   tell_suspicions(scene, start);
-  const double dt = double(start.state.params.dt) * start.state.params.substeps;
+  const double dt = scene.settings.dt;
   const std::vector<u32> shown =
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
   const Buffers<real> constants = start.state.buffers;
@@ -114,10 +115,10 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
                 file_name(scene.name), dt);
   Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
                   energy_budget(start.state.buffers, start.state.features));
-  Simulation<real> simulation = lockstep::app::simulate(start, options);
+  Simulation<real> simulation = with_item_names({&scene, 1}, [&] { return lockstep::app::simulate(start, options); });
   Interrupt::defer();
   try {
-    simulate(simulation, shown, constants, options, monitor, frames);
+    with_item_names({&scene, 1}, [&] { simulate(simulation, shown, constants, options, monitor, frames); });
   } catch (const Error&) {
     frames.finish();  // what there is shows how it went bad
     throw;

@@ -17,6 +17,7 @@
 #include "host/record/whole_file.hpp"
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/item_names.hpp"
 #include "host/scene/sample_particles.hpp"
 #include "host/scene/shape_tolerances.hpp"
 #include "host/scene/verdict_bounds.hpp"
@@ -75,6 +76,7 @@ struct RunObservers {
   EventGroups groups;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
+  std::span<const Scene> worlds;     // whose names errors tell
   const OracleChoice& oracle;
   StageSeconds& first_step;
 };
@@ -89,7 +91,7 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
   for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
     try {
-      simulation.step();
+      with_item_names(observers.worlds, [&] { simulation.step(); });
     } catch (const Stopped&) {
       break;
     }
@@ -236,8 +238,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   if (has(simulation.backend().features(), Feature::events)) groups = EventGroups(worlds);
   {
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps,
-                       {recorder, monitor, log, std::move(groups), progress, recording.get(), oracle, first_step});
+    simulate_and_close(
+        simulation, steps,
+        {recorder, monitor, log, std::move(groups), progress, recording.get(), worlds, oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
@@ -276,7 +279,9 @@ Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   EventLog log(options.events, scene);
   Outcome outcome;
   try {
-    with_precision(scene, [&](auto real) { outcome = run_scene<decltype(real)>(worlds, options, log); });
+    with_precision(scene, [&](auto real) {
+      outcome = with_item_names(worlds, [&] { return run_scene<decltype(real)>(worlds, options, log); });
+    });
   } catch (const Error& error) {
     if (error.failure() != Failure::comparison || worlds.size() == 1) throw;
     throw Error(error.failure(), "",

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
-#include "host/error.hpp"
+#include "host/item_error.hpp"
 
 namespace lockstep {
 
@@ -15,6 +15,9 @@ namespace models = oracle::models;
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
   throw Error(Failure::input, where, what);
 }
+[[noreturn]] void refuse(const SystemJoint& joint, const std::string& what) {
+  throw ItemError(Failure::input, "", Item::joint, 0, joint.joint, what);
+}
 
 void check(const ContactSystem& system) {
   if (!system.patches.empty())
@@ -22,11 +25,10 @@ void check(const ContactSystem& system) {
   if (!system.angular_friction.empty())
     refuse("contacts", "have angular friction; the models of the oracles have a cone at each contact");
   for (const SystemJoint& j : system.joints) {
-    const std::string where = "joint " + std::to_string(j.joint);
     const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
-    if (j.softness > 0) refuse(where, "is a spring; the models of the oracles have rigid joints");
+    if (j.softness > 0) refuse(j, "is a spring; the models of the oracles have rigid joints");
     if (j.free != FREE_NOTHING && (bounded || (j.motor_impulse > 0 && j.motor_speed != 0)))
-      refuse(where, "has a motor, a limit or a spring; the models of the oracles have free joints, or dry friction");
+      refuse(j, "has a motor, a limit or a spring; the models of the oracles have free joints, or dry friction");
   }
 }
 

@@ -1,11 +1,9 @@
 #include "host/steppers/reduced_system.hpp"
 
-#include <fmt/format.h>
-
 #include <limits>
 
-#include "host/error.hpp"
 #include "host/in_double.hpp"
+#include "host/item_error.hpp"
 #include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
@@ -46,11 +44,12 @@ System articulated_system(const Buffers<double>& b) {
     const JointInfo& info = b.joint_infos[j];
     const lockstep::Joint<double>& from = b.joints[j];
     if (from.spring > 0)
-      throw Error(Failure::input, fmt::format("joint {}", info.id),
-                  "has a \"frequency\": in reduced coordinates joints are rigid; take it away");
+      throw ItemError(Failure::input, "", Item::joint, info.world, info.id,
+                      "has a \"frequency\": in reduced coordinates joints are rigid; take it away");
     if (is_non_holonomic(static_cast<JointKind>(info.kind)))
-      throw Error(Failure::input, fmt::format("joint {}", info.id),
-                  "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
+      throw ItemError(
+          Failure::input, "", Item::joint, info.world, info.id,
+          "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
     for (const u32 body : {info.body_a, info.body_b}) {
       if (system.bodies[body].mass > 0) system.bodies[body].is_link = true;

@@ -1,11 +1,9 @@
 #include "host/steppers/system_problem.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 
 #include "cpu_reference/oracle/dense.hpp"
-#include "host/error.hpp"
+#include "host/item_error.hpp"
 
 namespace lockstep {
 
@@ -155,10 +153,8 @@ bool free_is_locked(const SystemJoint& j) { return j.motor_impulse == 0 && j.slo
 
 void expect_plain(const SystemJoint& j, const std::string& where) {
   if (has_free_row(j))
-    throw Error(
-        Failure::input, where,
-        fmt::format("joint {} has a motor, friction, limits or a spring, which FCLIB has no rows for; take them away",
-                    j.joint));
+    throw ItemError(Failure::input, where, Item::joint, 0, j.joint,
+                    "has a motor, friction, limits or a spring, which FCLIB has no rows for; take them away");
 }
 
 // A locked row of a joint that some velocity is seen by, and the velocity in m/s that stands for a unit of it.

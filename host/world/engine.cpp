@@ -70,7 +70,7 @@ class EngineOf final : public Engine {
     return {simulation_->backend().name(), verdict.bit_exact(), describe(verdict)};
   }
 
-  void step() override;
+  void step(const ItemNamer& name) override;
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
   Unsolved unsolved() const override { return simulation_->unsolved(); }
@@ -255,10 +255,14 @@ class EngineOf final : public Engine {
 };
 
 template <class real>
-void EngineOf<real>::step() {
+void EngineOf<real>::step(const ItemNamer& name) {
   const auto begin = std::chrono::steady_clock::now();
   try {
-    simulation_->step();
+    try {
+      simulation_->step();
+    } catch (const ItemError& error) {
+      throw error.named(name(error.item(), error.id()));
+    }
     monitor_->observe(simulation_->counters(), simulation_->params(), simulation_->steps_done() - 1);
   } catch (const Error& error) {
     if (const auto recording = std::move(recording_)) recording->close(error.what());

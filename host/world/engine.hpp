@@ -2,9 +2,11 @@
 // their place in the scene; numbers are in double.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 
+#include "host/item_error.hpp"
 #include "host/scene/event_groups.hpp"
 #include "host/scene/suspicions.hpp"
 #include "host/simulation.hpp"
@@ -31,13 +33,17 @@ struct IndexMap {
   std::vector<u32> bodies, joints;
 };
 
+/// What errors call a body or joint, by its place in the scene.
+using ItemNamer = std::function<std::string(Item item, u32 index)>;
+
 class Engine {
  public:
   virtual ~Engine() = default;
 
   virtual WorldDevice device() const = 0;
 
-  virtual void step() = 0;
+  /// Throws what Simulation::step() does, with the names of bodies and joints.
+  virtual void step(const ItemNamer& name) = 0;
   virtual u32 steps_done() const = 0;
   virtual std::uint64_t state_hash() = 0;
   /// Of its own steps.

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "host/error.hpp"
+#include "host/scene/json_node.hpp"
 #include "include/lockstep/world.hpp"
 
 namespace lockstep {
@@ -29,7 +31,8 @@ class Handles {
     index_of_.push_back(static_cast<u32>(all_.size()) - 1);
     return all_.back();
   }
-  void remove(u32 index) {
+  void remove(u32 index, const std::string& name) {
+    if (!name.empty()) names_of_gone_[all_[index].id] = name;
     all_.erase(all_.begin() + index);
     rename_without(index_of_, index);
   }
@@ -37,9 +40,16 @@ class Handles {
   bool contains(Handle handle) const { return handle.id < index_of_.size() && index_of_[handle.id] != NONE; }
   /// Throws Error (input) where it is gone.
   u32 index(Handle handle) const {
-    if (!contains(handle))
-      throw Error(Failure::input, what_ + " " + std::to_string(handle.id), "is not in this world any more");
-    return index_of_[handle.id];
+    if (contains(handle)) return index_of_[handle.id];
+    const auto gone = names_of_gone_.find(handle.id);
+    const std::string name = gone == names_of_gone_.end() ? std::string() : gone->second;
+    throw Error(Failure::input, called(name, handle),
+                handle.id < index_of_.size() ? "is not in this world any more" : "is not in this world");
+  }
+
+  /// What errors call it: `body "crate"`, or by its handle where it has no name.
+  std::string called(const std::string& name, Handle handle) const {
+    return what_ + (name.empty() ? " with the handle " + std::to_string(handle.id) : " " + quote(name));
   }
 
   Handle operator[](std::size_t index) const { return all_[index]; }
@@ -47,8 +57,9 @@ class Handles {
 
  private:
   std::string what_;
-  std::vector<Handle> all_;    // in the order of the list
-  std::vector<u32> index_of_;  // by id; NONE: removed
+  std::vector<Handle> all_;                   // in the order of the list
+  std::vector<u32> index_of_;                 // by id; NONE: removed
+  std::map<u32, std::string> names_of_gone_;  // by id
 };
 
 }  // namespace lockstep

@@ -75,7 +75,11 @@ struct World::Impl {
         for (const EngineEvent& event : engine->ends(index_map)) ended.push_back(named(event, made_of));
       if (engine) verdict.add(engine->verdict());
       if (engine) engine->end_recording();
-      engine = make_engine(scene, options, engine.get(), index_map);
+      try {
+        engine = make_engine(scene, options, engine.get(), index_map);
+      } catch (const ItemError& error) {
+        throw error.named(namer()(error.item(), error.id()));
+      }
       made_of = bodies.all();
       reset_index_map();
       changed = false;
@@ -152,12 +156,18 @@ struct World::Impl {
 
   u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {
     const u32 i = bodies.index(body);
-    if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end())
-      throw Error(Failure::input, "body " + std::to_string(body.id), rule);
+    if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end()) throw Error(Failure::input, called(body), rule);
     return i;
   }
   u32 index_of_dynamic(BodyHandle body) const {
     return index_of_kind(body, {BODY_DYNAMIC}, "is not dynamic, nothing from outside moves it; give it a velocity");
+  }
+
+  // What errors call them.
+  std::string called(BodyHandle body) const { return bodies.called(scene.bodies[bodies.index(body)].name, body); }
+  std::string called(JointHandle joint) const { return joints.called(scene.joints[joints.index(joint)].name, joint); }
+  ItemNamer namer() const {
+    return [this](Item item, u32 index) { return item == Item::body ? called(bodies[index]) : called(joints[index]); };
   }
 
   BodyHandle add(const BodyDescription& body) {
@@ -188,8 +198,8 @@ struct World::Impl {
   }
 
   void remove_joint(u32 gone) {
+    joints.remove(gone, scene.joints[gone].name);
     scene.joints.erase(scene.joints.begin() + gone);
-    joints.remove(gone);
     rename_without(index_map.joints, gone);
     changed = true;
   }

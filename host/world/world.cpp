@@ -91,8 +91,8 @@ void World::remove(BodyHandle body) {
     for (u32* side : {&joint.body_a, &joint.body_b})
       if (*side != NONE && *side > gone) --*side;
   }
+  p.bodies.remove(gone, p.scene.bodies[gone].name);
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
-  p.bodies.remove(gone);
   rename_without(p.index_map.bodies, gone);
   std::erase_if(p.scene.passing, [gone](const auto& pair) { return pair[0] == gone || pair[1] == gone; });
   for (auto& pair : p.scene.passing)
@@ -107,7 +107,7 @@ void World::remove(BodyHandle body) {
 void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
   Impl& p = *impl_;
   const u32 index = p.bodies.index(body);
-  const std::string where = "body " + std::to_string(body.id);
+  const std::string where = p.called(body);
   expect_finite(pose.position, "position");
   expect_unit(pose.orientation);
   expect_finite(velocity);
@@ -157,7 +157,7 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   validate(driven, p.scene);
   constexpr double most = std::numeric_limits<float>::max();
   if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
-    throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");
+    throw Error(Failure::input, p.called(joint), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
   p.motors_set = true;
 }
@@ -179,7 +179,7 @@ void World::step(u32 count) {
     impl_->act();
     impl_->ended_in_step = std::exchange(impl_->ended, {});
     try {
-      impl_->engine->step();
+      impl_->engine->step(impl_->namer());
     } catch (...) {
       impl_->forget_step();
       throw;

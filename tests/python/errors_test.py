@@ -47,7 +47,7 @@ class Errors(unittest.TestCase):
         self.assertIn("has no joint", self.refusal(lambda: world.joint("none")))
         self.assertIn("/bodies", self.refusal(lambda: world.add_joint({"type": "ball", "bodies": ["a", "b"]}, ball)))
         self.assertIn("unknown joint", self.refusal(lambda: world.add_joint({"type": "hing"}, ball)))
-        self.assertIn("body 7", self.refusal(lambda: world.pose(lockstep.Body(7))))
+        self.assertIn("body with the handle 7: is not in this world", self.refusal(lambda: world.pose(lockstep.Body(7))))
         self.assertIn("finite", self.refusal(lambda: world.apply_impulse(ball, [float("inf"), 0, 0])))
         self.assertIn("kinematic", self.refusal(lambda: world.set_kinematic_target(ball, [0, 0, 0])))
         self.assertIn("times must rise", self.refusal(lambda: world.set_load_table(ball, [1, 0], [[0] * 6] * 2)))
@@ -58,8 +58,8 @@ class Errors(unittest.TestCase):
             lockstep.World({"bodies": [object()]})
 
     def test_a_run_that_goes_bad(self):
-        world = lockstep.World({"bodies": [{**BALL, "velocity": [1, 0, 0]}], "settings": {"speed_limit": 5}})
-        with self.assertRaisesRegex(lockstep.Error, "body 0") as caught:
+        world = lockstep.World({"bodies": [{**BALL, "name": "ball", "velocity": [1, 0, 0]}], "settings": {"speed_limit": 5}})
+        with self.assertRaisesRegex(lockstep.Error, 'body "ball": the forces leave it at 5.* m/s, above the setting "speed_limit" of 5 m/s') as caught:
             world.step(600)
         self.assertEqual(caught.exception.failure, "comparison")
 

@@ -298,7 +298,7 @@ class ComeAndGo(unittest.TestCase):
         self.assertFalse(world.contains(old[1]))
         self.assertEqual(world.bodies, [old[0], new])
         self.assertEqual(world.poses().shape, (2, 7))
-        with self.assertRaisesRegex(lockstep.Error, "body 1: is not in this world any more"):
+        with self.assertRaisesRegex(lockstep.Error, "body with the handle 1: is not in this world any more"):
             world.pose(old[1])
         with self.assertWarns(DeprecationWarning):
             world.place(new, [0, 0, 9], velocity=[0, 0, 1])
