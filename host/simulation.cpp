@@ -185,6 +185,7 @@ void Simulation<real>::make_step() {
     backend_->run(Stage::end_step, params_);
     counters_ = backend_->counters();
     counters_[COUNTER_EVENTS] = 0;
+    is_restored_ = false;
     ++steps_done_;
     return;
   }
@@ -205,8 +206,49 @@ void Simulation<real>::make_step() {
     unsolved_.add(sweeps);
   }
   ++steps_done_;
+  is_restored_ = false;
   stepped_ = true;
   uploads_at_end_ = backend_->uploads();
+}
+
+template <class real>
+SavedSimulation Simulation<real>::save() {
+  expect_not_failed();
+  // what inputs change, though no step does, and what contacts() and events() of the last step are told from
+  constexpr Buffer further[] = {Buffer::loads,    Buffer::joints,         Buffer::counters,
+                                Buffer::contacts, Buffer::contact_points, Buffer::events};
+  std::vector<Buffer> wanted;
+  for (u32 i = 0; i < buffer_count; ++i) {
+    const auto buffer = static_cast<Buffer>(i);
+    const bool counts =
+        info(buffer).lifetime == Lifetime::persistent || std::ranges::find(further, buffer) != std::end(further);
+    if (counts && has(backend_->features(), info(buffer).feature)) wanted.push_back(buffer);
+  }
+  return {backend_->save(wanted),
+          counters_,
+          steps_done_,
+          redone_,
+          wakings_,
+          unsolved_,
+          backend_->unsolved(),
+          stepped_,
+          uploads_at_end_ == backend_->uploads()};
+}
+
+template <class real>
+void Simulation<real>::restore(SavedSimulation& saved) {
+  backend_->restore(*saved.buffers);
+  backend_->set_unsolved(saved.of_backend);
+  if (saved.stepped) backend_->counters();  // it plans the next step by them
+  counters_ = saved.counters;
+  steps_done_ = saved.steps_done;
+  redone_ = saved.redone;
+  wakings_ = saved.wakings;
+  unsolved_ = saved.unsolved;
+  has_failed_ = false;
+  stepped_ = saved.stepped;
+  is_restored_ = true;
+  uploads_at_end_ = saved.untouched ? backend_->uploads() : backend_->uploads() - 1;
 }
 
 template <class real>

@@ -38,6 +38,15 @@ struct VolumeQuery {
   u32 world = 0;
 };
 
+/// What a simulation was, for Simulation::restore().
+struct SavedSimulation {
+  std::unique_ptr<SavedBuffers> buffers;
+  Counters counters = {};
+  u32 steps_done = 0, redone = 0, wakings = 0;
+  Unsolved unsolved, of_backend;
+  bool stepped = false, untouched = false;
+};
+
 /// One of the answers; they are in order of the questions and of the shapes.
 struct Overlap {
   u32 volume;  // index of the question
@@ -62,6 +71,12 @@ class Simulation {
   /// Throws Error (comparison) where a step has failed.
   void expect_not_failed() const;
 
+  /// All that the steps to come depend on, and the contacts and events of the last one, where the state is. Throws
+  /// Error (comparison) where a step has failed.
+  SavedSimulation save();
+  /// Goes back, or forth, to what it was: the same steps give the same bits. A step that failed since is forgotten.
+  void restore(SavedSimulation& saved);
+
   /// Hashes of the persistent state and of the poses of each world, computed where the state is.
   std::vector<WorldHash> world_hashes();
 
@@ -85,6 +100,8 @@ class Simulation {
   Backend<real>& backend() { return *backend_; }
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step
+  /// The same for who looks at all that the last step left; nothing once restore() has put back a part of it.
+  Counters measured_counters() const { return is_restored_ ? Counters{} : counters_; }
   u32 steps_done() const { return steps_done_; }
   u32 redone() const { return redone_; }    // times that a step was redone for want of room
   u32 wakings() const { return wakings_; }  // and because bodies woke in it
@@ -104,8 +121,9 @@ class Simulation {
   u32 steps_done_, redone_ = 0, wakings_ = 0;
   Unsolved unsolved_;  // by sweeps; once a step has failed, all
   bool has_failed_ = false;
-  bool stepped_ = false;    // the counters are those of a step that this simulation did
-  u32 uploads_at_end_ = 0;  // of the backend, when the last step had been done
+  bool is_restored_ = false;  // since the last step
+  bool stepped_ = false;      // the counters are those of a step that this simulation did
+  u32 uploads_at_end_ = 0;    // of the backend, when the last step had been done
 };
 
 }  // namespace lockstep

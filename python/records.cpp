@@ -180,6 +180,15 @@ void add_records(py::module_& module) {
       .def("__str__", [](const Verdict& v) { return in_words(v); })
       .def("__repr__", [](const Verdict& v) { return fmt::format("<lockstep.Verdict {}>", in_words(v)); });
 
+  py::class_<Snapshot>(module, "Snapshot",
+                       "A World as it was at some time, in memory, on the device where it is (World.save()). It may be "
+                       "kept as\nlong as one likes, and its world may go before it.")
+      .def_property_readonly("steps_done", &Snapshot::steps_done, "Of the world, when it was made.")
+      .def_property_readonly("time", &Snapshot::time, "The same, s.")
+      .def("__repr__", [](const Snapshot& snapshot) {
+        return fmt::format("<lockstep.Snapshot after {} steps>", snapshot.steps_done());
+      });
+
   py::class_<WorldDevice>(module, "Device", "What a world computes on.")
       .def_readonly("name", &WorldDevice::name, "As `lockstep devices` has it, or 'reference'.")
       .def_readonly("bit_exact", &WorldDevice::bit_exact, "Its bits are those of every other device.")

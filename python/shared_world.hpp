@@ -53,13 +53,25 @@ class SharedWorld {
     }
   }
 
-  BodyHandle add_body(const std::string& text) {
-    const BodyDescription body = parse_body(text, "body", words_);
-    warn("body", std::exchange(words_.notes, {}));
-    return use().add(body);
+  BodyHandle add_body(const std::string& text) { return use().add(described(text)); }
+
+  void warm_up(bool forces, bool questions, const py::list& bodies) {
+    Expected expected = {forces, questions, {}};
+    for (const py::handle& body : bodies)
+      expected.bodies.push_back(described(json_text(py::reinterpret_borrow<py::object>(body))));
+    World& world = use();
+    const Stepping stepping(stepping_);
+    const py::gil_scoped_release released;
+    world.warm_up(expected);
   }
 
  private:
+  BodyDescription described(const std::string& text) {
+    BodyDescription body = parse_body(text, "body", words_);
+    warn("body", std::exchange(words_.notes, {}));
+    return body;
+  }
+
   // Set and unset by who has Python's lock.
   struct Stepping {
     explicit Stepping(bool& flag) : flag_(flag) { flag_ = true; }

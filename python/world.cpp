@@ -8,9 +8,9 @@ namespace lockstep::python {
 
 namespace {
 
-WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads,
-                        const std::string& solver) {
-  return {py::str(device).cast<std::string>(), precision, threads, solver};
+WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads, const std::string& solver,
+                        bool quiet) {
+  return {py::str(device).cast<std::string>(), precision, threads, solver, quiet};
 }
 
 Scene warned(Scene scene) {
@@ -46,12 +46,13 @@ void add_making(WorldClass& world) {
   world
       .def(
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
-                      const std::string& solver, const std::string& source, u32 seed) {
+                      const std::string& solver, const std::string& source, u32 seed, bool quiet) {
             return std::make_unique<SharedWorld>(warned(parse_scene(json_text(scene), source, seed)),
-                                                 options_of(device, precision, threads, solver));
+                                                 options_of(device, precision, threads, solver, quiet));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("source") = "scene.json", py::arg("seed") = 0,
+          py::arg("quiet") = false,
           "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
           "precision: 'float' or 'double'; '' is what the scene says.\n"
@@ -59,16 +60,17 @@ void add_making(WorldClass& world) {
           "solver: one of lockstep.solvers() with the settings that it brings; '' is what the scene says.\n"
           "source: stands for the file in errors; meshes and robots are looked for from its folder. Text whose source\n"
           "ends in '.urdf' or '.xml' is a robot.\n"
-          "seed: of what the scene draws at random, as --seed.")
+          "seed: of what the scene draws at random, as --seed.\n"
+          "quiet: no line on stderr, where that is a terminal, when building kernels takes more than a second.")
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             const std::string& solver, u32 seed) {
+             const std::string& solver, u32 seed, bool quiet) {
             return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed)),
-                                                 options_of(device, precision, threads, solver));
+                                                 options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
-          py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0,
+          py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
           "A world of a scene file, a robot, or a built-in scene by its name.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
@@ -170,9 +172,34 @@ void add_time(WorldClass& world) {
       .def_property_readonly(
           "steps_done", [](SharedWorld& shared) { return shared.use().steps_done(); }, "Steps since the beginning.")
       .def_property_readonly(
-          "time", [](SharedWorld& shared) { return shared.use().time(); }, "s.")
+          "time", [](SharedWorld& shared) { return shared.use().time(); },
+          "s: steps_done times the step, without what adding steps up would round.")
       .def_property_readonly(
           "time_step", [](SharedWorld& shared) { return shared.use().time_step(); }, "The scene's `dt`, s.")
+      .def(
+          "warm_up",
+          [](SharedWorld& shared, bool forces, bool questions, const py::list& bodies) {
+            shared.warm_up(forces, questions, bodies);
+          },
+          py::kw_only(), py::arg("forces") = true, py::arg("questions") = true, py::arg("bodies") = py::list(),
+          "Builds the kernels that the next step, and what is expected, are going to need, which takes seconds where\n"
+          "they were never built before. Changes nothing of the world. forces: apply_force() and its like; questions:\n"
+          "rays and volumes; bodies: a list of such as are going to be added, as add_body() takes them.")
+      .def(
+          "save", [](SharedWorld& shared) { return shared.use().save(); },
+          "The world as it is, a Snapshot: all that a checkpoint has, bodies and joints, what acts on them, what is to "
+          "be\n"
+          "done with the next step. In memory, on the device where it is.")
+      .def(
+          "restore", [](SharedWorld& shared, const Snapshot& snapshot) { shared.use().restore(snapshot); },
+          py::arg("snapshot"),
+          "Goes back, or forth, to a Snapshot of this world: bodies and joints that have come or gone are as they "
+          "were,\n"
+          "handles of then good again, and the same calls give the same bits. contacts(), events() and verdict are "
+          "those\n"
+          "of then; errors() are of no contacts until the next step. A recording goes on, and notes it. Also after a "
+          "step\n"
+          "has failed. A snapshot of another world is an Error.")
       .def_property_readonly(
           "unsolved", [](SharedWorld& shared) { return shared.use().unsolved(); },
           "What an oracle has left unsolved so far, an Unsolved; nothing of a solver that promises no residual.")

@@ -22,7 +22,7 @@ struct LauncherBench {
         names(std::move(files)),
         signatures(sources.signatures(names)),
         memory(device, queue),
-        launcher(device, queue, memory, work_group, profile) {
+        launcher(device, queue, memory, builds, work_group, profile) {
     launcher.plan().lanes = lanes;
     launcher.add(build_program(device, sources.assemble(names), {.lanes = lanes}).program, signatures);
     memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
@@ -49,6 +49,7 @@ struct LauncherBench {
   std::vector<std::string> names;
   std::vector<KernelSignature> signatures;
   DeviceMemory memory;
+  BuildClock builds{"", {}, 0};  // told to nobody
   DeviceLauncher launcher;
 };
 

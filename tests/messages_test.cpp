@@ -52,7 +52,7 @@ TEST(WorldMessages, AKinematicBodyTooFastIsCalledByItsNameAndSoIsTheSettingThatS
   }
 }
 
-TEST(WorldMessages, WhatForcesMakeTooFastOrInfiniteIsToldApart) {
+TEST(WorldMessages, WhatForcesMakeTooFastIsNotCalledInfinite) {
   for (const char* device : {"reference", "auto"}) {
     World fast(empty_scene(), {.device = device, .precision = "double"});
     BodyDescription ball = ball_at({0, 0, 0});

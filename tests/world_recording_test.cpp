@@ -163,12 +163,12 @@ TEST_F(WorldRecording, RefusesInvalidInputs) {
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
   change_input(1, [](InputRow& row) { row.kind = InputKind::motor; });  // there is no joint
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
-  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(3); });
+  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(4); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
   change_input(1, [](InputRow& row) { row.kind = InputKind::velocity, row.angular[2] = std::nan(""); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
   change_input(1, [](InputRow& row) { row.angular[2] = 0, row.step = 6; });
-  EXPECT_EQ(refusal(), unreadable + "inputs[2] makes no sense");
+  EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
 }
 
 TEST_F(WorldRecording, EndsWhereAskedToAndLeavesOtherFilesAlone) {

@@ -30,7 +30,6 @@ u32 stages_that_run(Features features) {
 struct CheckCommand : SceneOptions {
   std::vector<std::string> names;
   std::string picture;
-  bool quiet = false;
 };
 
 // Throws Mismatch at the first word that differs; the hash of the state is compared as a last stage.

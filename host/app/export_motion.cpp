@@ -128,7 +128,7 @@ void export_recording(const RecordingReader& recording, const MotionOptions& opt
   const RecordingLabel& label = recording.label();
   Still still = {label.scene, start.buffers.body_infos, recorded_names(label), {}, {}, 0};
   still.start = poses_of(start.buffers.positions, start.buffers.orientations);
-  still.dt = double(start.params.dt) * start.params.substeps;
+  still.dt = recording.dt(start.params);
   const u32 first = start.buffers.step_index.front();
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), first, first + recording.steps(), still.dt);
   const SceneModel model = recorded_model(start, label);

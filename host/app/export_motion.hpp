@@ -8,7 +8,6 @@ namespace lockstep::app {
 struct MotionOptions : SceneOptions {
   std::string output;
   std::optional<double> fps;  // keyframes a second of simulated time
-  bool quiet = false;
 };
 
 /// Whether a file of this name is to be a motion.

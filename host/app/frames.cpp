@@ -18,7 +18,7 @@ constexpr Color untouched = {0.87f, 0.88f, 0.89f};
 constexpr Color contact_color = {0.98f, 0.80f, 0.10f}, force_color = {0.85f, 0.11f, 0.20f};
 constexpr Color anchor_color = {0.10f, 0.62f, 0.55f}, arm_color = {0.25f, 0.30f, 0.36f};
 
-std::size_t bytes_of(const Snapshot& s) {
+std::size_t bytes_of(const ShownState& s) {
   return s.poses.size() * sizeof(RenderPose) + s.values.size() * sizeof(float) +
          s.contacts.size() * sizeof(ContactMark) + s.joints.size() * sizeof(JointMark);
 }
@@ -52,10 +52,10 @@ std::string Frames::file_of(const std::string& folder, const std::string& scene,
   return fmt::format("{}/{}_{:06}.png", folder, scene, step);
 }
 
-void Frames::add(Snapshot snapshot) {
-  if (decided_) return write(snapshot);
-  kept_bytes_ += bytes_of(snapshot);
-  kept_.push_back(std::move(snapshot));
+void Frames::add(ShownState shown_state) {
+  if (decided_) return write(shown_state);
+  kept_bytes_ += bytes_of(shown_state);
+  kept_.push_back(std::move(shown_state));
   if (kept_bytes_ >= most_kept) draw_kept();
 }
 
@@ -66,7 +66,7 @@ void Frames::finish() {
 
 void Frames::draw_kept() {
   decide();
-  for (const Snapshot& snapshot : kept_) write(snapshot);
+  for (const ShownState& shown_state : kept_) write(shown_state);
   kept_.clear();
 }
 
@@ -74,17 +74,17 @@ void Frames::decide() {
   decided_ = true;
   std::vector<float> numbers;
   float largest = 0, strongest = 0;
-  for (const Snapshot& snapshot : kept_) {
-    region_.extend(region_of(model_.extents(snapshot.poses)));
-    for (u32 body = 0; body < snapshot.values.size(); ++body) {
-      const float value = snapshot.values[body];
+  for (const ShownState& shown_state : kept_) {
+    region_.extend(region_of(model_.extents(shown_state.poses)));
+    for (u32 body = 0; body < shown_state.values.size(); ++body) {
+      const float value = shown_state.values[body];
       if (!model_.movable(body)) continue;
       nothing_touches_ = nothing_touches_ || std::isnan(value);
       if (!std::isfinite(value)) continue;
       numbers.push_back(value);
       largest = std::max(largest, value);
     }
-    for (const ContactMark& mark : snapshot.contacts) strongest = std::max(strongest, mark.force.norm());
+    for (const ContactMark& mark : shown_state.contacts) strongest = std::max(strongest, mark.force.norm());
   }
   camera_ =
       options_.camera ? *options_.camera : frame_region(region_, static_cast<double>(options_.width) / options_.height);
@@ -96,7 +96,7 @@ void Frames::decide() {
   newtons_a_metre_ = round_scale(double(strongest) / (0.45 * radius));
 }
 
-Drawing Frames::drawing_of(const Snapshot& snapshot) const {
+Drawing Frames::drawing_of(const ShownState& shown_state) const {
   Drawing drawing;
   drawing.camera = camera_;
   drawing.region = region_;
@@ -106,28 +106,28 @@ Drawing Frames::drawing_of(const Snapshot& snapshot) const {
     if (options_.color_by == ColorBy::body) {
       looks[body].color = body_color(model_.id(body));
     } else {
-      const double value = double(snapshot.values[body]);
+      const double value = double(shown_state.values[body]);
       looks[body].color = std::isnan(value) ? untouched : scale_color(value / scale_.high);
     }
   }
-  model_.draw(snapshot.poses, looks, options_.color_by == ColorBy::body, drawing);
-  add_marks(snapshot, drawing);
+  model_.draw(shown_state.poses, looks, options_.color_by == ColorBy::body, drawing);
+  add_marks(shown_state, drawing);
   return drawing;
 }
 
-void Frames::add_marks(const Snapshot& snapshot, Drawing& drawing) const {
+void Frames::add_marks(const ShownState& shown_state, Drawing& drawing) const {
   const u32 height = options_.height;
   const float unit = static_cast<float>(height) / 720;  // pixels of a picture of the usual size
   if (options_.forces) {
-    for (const ContactMark& mark : snapshot.contacts) {
+    for (const ContactMark& mark : shown_state.contacts) {
       const Vector3f half = mark.force / static_cast<float>(2 * newtons_a_metre_);
       add_line(drawing, height, mark.point - half, mark.point + half, 2.6f * unit, force_color);
     }
   }
   if (options_.contacts) {
-    for (const ContactMark& mark : snapshot.contacts) add_ball(drawing, height, mark.point, 6 * unit, contact_color);
+    for (const ContactMark& mark : shown_state.contacts) add_ball(drawing, height, mark.point, 6 * unit, contact_color);
   }
-  for (const JointMark& mark : snapshot.joints) {
+  for (const JointMark& mark : shown_state.joints) {
     add_line(drawing, height, mark.center_a, mark.anchor_a, 1.8f * unit, arm_color);
     add_line(drawing, height, mark.center_b, mark.anchor_b, 1.8f * unit, arm_color);
     add_line(drawing, height, mark.anchor_a, mark.anchor_b, 1.8f * unit, arm_color);
@@ -160,24 +160,24 @@ Legend Frames::legend() const {
   return legend;
 }
 
-void Frames::write(const Snapshot& snapshot) {
+void Frames::write(const ShownState& shown_state) {
   const auto start = std::chrono::steady_clock::now();
-  Picture picture = renderer_.draw(drawing_of(snapshot));
+  Picture picture = renderer_.draw(drawing_of(shown_state));
   if (!options_.plain) {
     draw_legend(picture, legend());
-    const std::string time = fmt::format("t = {:.3f} s, step {}", snapshot.step * dt_, snapshot.step);
+    const std::string time = fmt::format("t = {:.3f} s, step {}", shown_state.step * dt_, shown_state.step);
     draw_caption(picture, {scene_, model_.has_planes() ? time + ", lines 1 m apart" : time});
   }
   draw_ms_ += ms_since(start);
-  save(snapshot, picture);
+  save(shown_state, picture);
 }
 
-void Frames::save(const Snapshot& snapshot, const Picture& picture) {
+void Frames::save(const ShownState& shown_state, const Picture& picture) {
   const auto start = std::chrono::steady_clock::now();
   if (video_)
     video_->add(picture);
   else
-    replace_file(file_of(options_.folder, scene_, snapshot.step), encode_png(picture));
+    replace_file(file_of(options_.folder, scene_, shown_state.step), encode_png(picture));
   ++count_;
   write_ms_ += ms_since(start);
 }

@@ -29,7 +29,7 @@ struct FrameOptions {
 };
 
 /// A state to be shown.
-struct Snapshot {
+struct ShownState {
   u32 step = 0;
   std::vector<RenderPose> poses;
   std::vector<float> values;  // of each body; empty where bodies have colours of their own
@@ -44,7 +44,7 @@ class Frames {
 
   /// Keeps snapshots until there are half a gigabyte of them: what they show decides camera and scale of all that
   /// follow.
-  void add(Snapshot snapshot);
+  void add(ShownState shown_state);
   /// Draws and writes what is left.
   void finish();
 
@@ -58,11 +58,11 @@ class Frames {
  private:
   void decide();
   void draw_kept();
-  void write(const Snapshot& snapshot);
-  Drawing drawing_of(const Snapshot& snapshot) const;
-  void add_marks(const Snapshot& snapshot, Drawing& drawing) const;
+  void write(const ShownState& shown_state);
+  Drawing drawing_of(const ShownState& shown_state) const;
+  void add_marks(const ShownState& shown_state, Drawing& drawing) const;
   Legend legend() const;
-  void save(const Snapshot& snapshot, const Picture& picture);
+  void save(const ShownState& shown_state, const Picture& picture);
 
   FrameOptions options_;
   SceneModel model_;
@@ -70,7 +70,7 @@ class Frames {
   double dt_;
   Renderer renderer_;
   std::unique_ptr<VideoWriter> video_;
-  std::vector<Snapshot> kept_;
+  std::vector<ShownState> kept_;
   std::size_t kept_bytes_ = 0;
   bool decided_ = false;
   // what all pictures share

@@ -166,7 +166,8 @@ Scene read_scene_with(const SceneOptions& options) {
 }
 
 StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle) {
-  const StepTarget target = lockstep::target_of(options.device, options.device_options, oracle);
+  StepTarget target = lockstep::target_of(options.device, options.device_options, oracle);
+  if (!options.quiet) target.options.tell_building = tell_on_terminal;
   const DeviceOptions& wanted = options.device_options;
   if (!target.device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
     throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",

@@ -19,6 +19,7 @@ extern const CLI::Validator positive;
 struct TargetOptions {
   std::string device = "auto";
   DeviceOptions device_options;
+  bool quiet = false;  // nothing is told but what is wrong
 };
 
 struct SceneOptions : TargetOptions {

@@ -23,7 +23,8 @@ std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, c
                                                       const std::string& device, const DeviceOptions& options,
                                                       const InitialState<real>& start) {
   if (path.empty()) return nullptr;
-  const RecordingLabel label = {scene.name, device, options_text(scene.settings, options), scene.text, scene.source};
+  const RecordingLabel label = {scene.name, device,       options_text(scene.settings, options),
+                                scene.text, scene.source, scene.settings.dt};
   return std::make_unique<RecordingWriter<real>>(path, label, start);
 }
 

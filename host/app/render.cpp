@@ -56,7 +56,7 @@ void say_what_was_made(const Frames& frames, const RenderOptions& options) {
 
 // What a picture needs of the state after a step.
 template <class real>
-Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constants, const FrameOptions& options) {
+ShownState shown_state_of(Simulation<real>& simulation, const Buffers<real>& constants, const FrameOptions& options) {
   Backend<real>& backend = simulation.backend();
   const Features features = backend.features();
   std::vector<Buffer> wanted = value_buffers(options.color_by, features);
@@ -66,14 +66,15 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   const Buffers<real>& current = backend.download(wanted);
-  Snapshot snapshot;
-  snapshot.step = simulation.steps_done();
-  snapshot.poses = poses_of(current.positions, current.orientations);
-  snapshot.values = body_values(options.color_by, current, backend.sizes().bodies, features, simulation.counters());
+  ShownState shown_state;
+  shown_state.step = simulation.steps_done();
+  shown_state.poses = poses_of(current.positions, current.orientations);
+  shown_state.values = body_values(options.color_by, current, backend.sizes().bodies, features, simulation.counters());
   if (touching)
-    snapshot.contacts = contact_marks(current, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
-  if (options.joints) snapshot.joints = joint_marks(constants, current.positions, current.orientations);
-  return snapshot;
+    shown_state.contacts =
+        contact_marks(current, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
+  if (options.joints) shown_state.joints = joint_marks(constants, current.positions, current.orientations);
+  return shown_state;
 }
 
 // Simulates up to the last step that is shown.
@@ -93,7 +94,7 @@ void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const
       progress.update(simulation.steps_done() - first);
     }
     if (simulation.steps_done() < *next) break;
-    frames.add(snapshot_of(simulation, constants, options.frames));
+    frames.add(shown_state_of(simulation, constants, options.frames));
     ++next;
   }
 }
@@ -131,8 +132,8 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
 }
 
 template <class real>
-Snapshot snapshot_of(const RecordingReader& recording, const InitialState<real>& start, u32 step,
-                     const FrameOptions& options) {
+ShownState shown_state_of(const RecordingReader& recording, const InitialState<real>& start, u32 step,
+                          const FrameOptions& options) {
   const u32 bodies = start.sizes.bodies, before = start.buffers.step_index.front();
   Buffers<real> current;
   current.positions = start.buffers.positions;
@@ -148,19 +149,19 @@ Snapshot snapshot_of(const RecordingReader& recording, const InitialState<real>&
       std::copy_n(&v[3 * i], 3, current.motions[i].v);
     }
   }
-  Snapshot snapshot;
-  snapshot.step = step;
-  snapshot.poses = poses_of(current.positions, current.orientations);
-  snapshot.values = body_values(options.color_by, current, bodies, 0, Counters());
-  if (options.joints) snapshot.joints = joint_marks(start.buffers, current.positions, current.orientations);
-  return snapshot;
+  ShownState shown_state;
+  shown_state.step = step;
+  shown_state.poses = poses_of(current.positions, current.orientations);
+  shown_state.values = body_values(options.color_by, current, bodies, 0, Counters());
+  if (options.joints) shown_state.joints = joint_marks(start.buffers, current.positions, current.orientations);
+  return shown_state;
 }
 
 template <class real>
 void render_recording(const RecordingReader& recording, const RenderOptions& options) {
   const InitialState<real> start = recording.start<real>();
   const RecordingLabel& label = recording.label();
-  const double dt = double(start.params.dt) * start.params.substeps;
+  const double dt = recording.dt(start.params);
   const u32 first = start.buffers.step_index.front();
   const std::vector<u32> shown =
       shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
@@ -174,7 +175,7 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   {
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);
     for (u32 i = 0; i < shown.size() && !Interrupt::asked(); ++i) {
-      frames.add(snapshot_of(recording, start, shown[i], frame));
+      frames.add(shown_state_of(recording, start, shown[i], frame));
       progress.update(i + 1);
     }
   }

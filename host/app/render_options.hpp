@@ -17,7 +17,6 @@ struct RenderOptions : SceneOptions {
   std::vector<double> from, to;
   std::optional<double> fov;
   std::optional<Camera> camera;  // what the three above make
-  bool quiet = false;
 };
 
 void add_render_options(CLI::App& command, RenderOptions& options);

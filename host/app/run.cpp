@@ -33,7 +33,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
-  bool quiet = false, is_first = true;  // of the ranks
+  bool is_first = true;  // of the ranks
 };
 
 // Makes what steps and says in the report what it is, and whether it can be trusted with the bits. The state is let go

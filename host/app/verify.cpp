@@ -18,7 +18,6 @@ namespace {
 
 struct VerifyOptions : TargetOptions {
   std::string recording, picture;
-  bool quiet = false;
 };
 
 template <class real>

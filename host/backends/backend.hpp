@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -17,6 +18,12 @@ using Counters = std::array<u32, COUNTER_COUNT>;
 
 /// By Stage; the last one is all sub-steps, where they are one launch.
 using StageSeconds = std::array<double, stage_count + 1>;
+
+/// A copy of buffers, where the backend that made it has them.
+class SavedBuffers {
+ public:
+  virtual ~SavedBuffers() = default;
+};
 
 template <class real>
 class Backend {
@@ -42,6 +49,11 @@ class Backend {
   /// Overwrites a buffer from the host's copy in `buffers`, for resuming and for tests.
   virtual void upload(Buffer buffer, const Buffers<real>& buffers) = 0;
 
+  /// A copy of the named buffers as they are now, for restore(). On the host, unless the backend has another place.
+  virtual std::unique_ptr<SavedBuffers> save(std::span<const Buffer> wanted);
+  /// Puts back a copy that this backend made. Lists may have become longer since.
+  virtual void restore(SavedBuffers& saved);
+
   /// How often a buffer has been overwritten: whoever knows the state by what it was asks whether it still is that.
   u32 uploads() const { return uploads_; }
 
@@ -56,6 +68,8 @@ class Backend {
 
   /// What has been left unsolved so far.
   virtual Unsolved unsolved() const { return {}; }
+  /// It goes back to a state before which this had been left.
+  virtual void set_unsolved(const Unsolved&) {}
 
   /// Puts the residual of a backend that measures its own in the place of that of the constraint system.
   virtual void take_own_residual(Measures&) {}

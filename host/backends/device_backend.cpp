@@ -119,6 +119,17 @@ Kernels kernels_of(Features features, const DeviceOptions& options) {
   return {std::move(sources), std::move(files), std::move(signatures)};
 }
 
+// Buffers one behind the other in one of OpenCL's.
+struct DeviceCopy final : SavedBuffers {
+  struct Piece {
+    Buffer buffer;
+    std::size_t first, bytes;
+  };
+  cl::Buffer all;
+  std::vector<Piece> pieces;
+};
+constexpr std::size_t copy_alignment = 256;  // bytes
+
 cl::CommandQueue make_queue(Device& device, bool profile) {
   return opencl_guard("opening " + device.info.name, [&] {
     return cl::CommandQueue(device.context, device.handle, profile ? CL_QUEUE_PROFILING_ENABLE : 0);
@@ -148,7 +159,8 @@ struct DeviceBackend<real>::Impl {
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
         memory(device, queue),
-        launcher(device, queue, memory, wanted.work_group, wanted.profile) {
+        builds(device.info.name, wanted.tell_building, wanted.patience),
+        launcher(device, queue, memory, builds, wanted.work_group, wanted.profile) {
     build_programs(kernels, features);
     make_mirror();
     launcher.plan() = first_plan(state, lanes);
@@ -176,8 +188,10 @@ struct DeviceBackend<real>::Impl {
 
   // The named files, and what follows them, as one program.
   void build(const Kernels& all, Features compiled, std::span<const std::string> files, const std::string& more = {}) {
-    programs.push_back(&build_program(device, all.sources.assemble(files) + more,
-                                      {compiled, sizeof(real) == 8, lanes, options.optimize}));
+    builds.time([&] {
+      programs.push_back(&build_program(device, all.sources.assemble(files) + more,
+                                        {compiled, sizeof(real) == 8, lanes, options.optimize}));
+    });
     launcher.add(programs.back()->program, all.sources.signatures(files));
   }
 
@@ -225,6 +239,7 @@ struct DeviceBackend<real>::Impl {
   std::optional<FusedSubsteps> fused;
   std::vector<BuiltProgram*> programs;
   DeviceMemory memory;
+  BuildClock builds;
   DeviceLauncher launcher;
   Buffers<real> host;
   std::array<std::size_t, buffer_count> rows = {};  // of the device's buffers
@@ -283,6 +298,7 @@ Counters DeviceBackend<real>::counters() {
   opencl_guard([&] { return impl_->where(); },
                [&] {
                  impl_->read(Buffer::counters, counters.data(), sizeof(counters), true);
+                 impl_->builds.reset();
                  impl_->add_spans();
                });
   update_plan(impl_->launcher.plan(), counters);
@@ -356,6 +372,37 @@ void DeviceBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
                    const std::size_t bytes = elements.size() * sizeof(elements[0]);
                    impl_->write(buffer, elements.data(), std::min(bytes, impl_->memory.of(buffer).bytes));
                  });
+               });
+}
+
+template <class real>
+std::unique_ptr<SavedBuffers> DeviceBackend<real>::save(std::span<const Buffer> wanted) {
+  auto copy = std::make_unique<DeviceCopy>();
+  std::size_t end = 0;
+  for (const Buffer buffer : wanted) {
+    const std::size_t bytes = impl_->memory.of(buffer).bytes;
+    copy->pieces.push_back({buffer, end, bytes});
+    end += (bytes + copy_alignment - 1) / copy_alignment * copy_alignment;
+  }
+  opencl_guard([&] { return impl_->where(); },
+               [&] {
+                 copy->all = cl::Buffer(impl_->device.context, CL_MEM_READ_WRITE, std::max(end, copy_alignment));
+                 for (const auto& [buffer, first, bytes] : copy->pieces)
+                   impl_->queue.enqueueCopyBuffer(impl_->memory.of(buffer).buffer, copy->all, 0, first, bytes);
+               });
+  return copy;
+}
+
+template <class real>
+void DeviceBackend<real>::restore(SavedBuffers& saved) {
+  const auto& copy = static_cast<const DeviceCopy&>(saved);
+  ++this->uploads_;
+  opencl_guard([&] { return impl_->where(); },
+               [&] {
+                 for (const auto& [buffer, first, bytes] : copy.pieces) {
+                   const DeviceArray& array = impl_->memory.of(buffer);
+                   impl_->queue.enqueueCopyBuffer(copy.all, array.buffer, first, 0, std::min(bytes, array.bytes));
+                 }
                });
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/backends/backend.hpp"
+#include "host/device/build_clock.hpp"
 #include "host/device/devices.hpp"
 #include "host/device/kernel_source.hpp"
 #include "host/scene/compile.hpp"
@@ -14,11 +15,13 @@ namespace lockstep {
 
 /// How to run; nothing here can change a bit. Zeros: chosen for the device.
 struct DeviceOptions {
-  u32 lanes = 0;              // contacts per work-item in the solve kernels: 1, 8 or 16
-  u32 work_group = 0;         // work-items per work-group
-  u32 threads = 0;            // compute units of a CPU device; unset, a small scene takes the thread that calls
-  bool profile = false;       // measure stage_seconds(); sub-steps are one launch only where `fused` says so
-  std::optional<bool> fused;  // all sub-steps in one launch of one work-group; unset: where the scene is small
+  u32 lanes = 0;                   // contacts per work-item in the solve kernels: 1, 8 or 16
+  u32 work_group = 0;              // work-items per work-group
+  u32 threads = 0;                 // compute units of a CPU device; unset, a small scene takes the thread that calls
+  bool profile = false;            // measure stage_seconds(); sub-steps are one launch only where `fused` says so
+  BuildClock::Tell tell_building;  // told where building kernels takes longer than `patience`; unset: nobody
+  double patience = 1;             // s
+  std::optional<bool> fused;       // all sub-steps in one launch of one work-group; unset: where the scene is small
 
   // for tests
   std::vector<KernelPatch> patches;  // changes to the kernels
@@ -47,6 +50,8 @@ class DeviceBackend final : public Backend<real> {
   void enable(Feature feature) override;
   const Buffers<real>& download(std::span<const Buffer> wanted) override;
   void upload(Buffer buffer, const Buffers<real>& buffers) override;
+  std::unique_ptr<SavedBuffers> save(std::span<const Buffer> wanted) override;
+  void restore(SavedBuffers& saved) override;
   const Sizes& sizes() const override;
   Features features() const override;
   std::string name() const override;

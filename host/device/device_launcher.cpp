@@ -15,9 +15,9 @@ constexpr std::size_t gpu_groups_per_unit = 32;
 
 }  // namespace
 
-DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, u32 work_group,
-                               bool profile)
-    : device_(device), queue_(std::move(queue)), memory_(memory), profile_(profile) {
+DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, BuildClock& builds,
+                               u32 work_group, bool profile)
+    : device_(device), queue_(std::move(queue)), memory_(memory), builds_(builds), profile_(profile) {
   const bool cpu = device.info.type == DeviceType::cpu;
   work_group_ = work_group > 0 ? work_group : cpu ? cpu_work_group : gpu_work_group;
   fused_work_group_ = work_group > 0 ? work_group : cpu ? cpu_fused_work_group : gpu_fused_work_group;
@@ -151,10 +151,16 @@ void DeviceLauncher::bind_array(Kernel& kernel, u32 index, const Argument* given
 
 void DeviceLauncher::enqueue(Kernel& kernel, std::size_t global, std::size_t local) {
   cl::Event event;
+  const auto launch = [&] {
+    queue_.enqueueNDRangeKernel(kernel.handle, cl::NullRange, global, local, nullptr, profile_ ? &event : nullptr);
+  };
   opencl_guard([&] { return where(kernel.signature.name); },
                [&] {
-                 queue_.enqueueNDRangeKernel(kernel.handle, cl::NullRange, global, local, nullptr,
-                                             profile_ ? &event : nullptr);
+                 if (!std::exchange(kernel.is_new, false) || !builds_.is_heard()) return launch();
+                 builds_.time([&] {
+                   launch();
+                   queue_.finish();  // a driver that builds it now may do so in a thread of its own
+                 });
                });
   if (!profile_) return;
   if (stage_has_begun_) spans_.push_back({stage_, event, event});

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/device/build_clock.hpp"
 #include "host/device/device_memory.hpp"
 #include "host/device/kernel_source.hpp"
 #include "host/device/launcher.hpp"
@@ -16,8 +17,10 @@ namespace lockstep {
 
 class DeviceLauncher final : public Launcher {
  public:
-  /// `work_group` 0: chosen for the device. `profile`: keep the events of what is launched.
-  DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, u32 work_group, bool profile);
+  /// `work_group` 0: chosen for the device. `profile`: keep the events of what is launched. `builds` is told what
+  /// kernels take that are launched for the first time, which is when some drivers build them.
+  DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, BuildClock& builds, u32 work_group,
+                 bool profile);
 
   /// Kernels of a program; those that are known by name stay as they are.
   void add(const cl::Program& program, std::span<const KernelSignature> signatures);
@@ -59,6 +62,7 @@ class DeviceLauncher final : public Launcher {
     cl::Program program;
     cl::Kernel handle;
     std::size_t max_work_group = 1;
+    bool is_new = true;  // has not been launched
     std::vector<Bound> bound;
     std::optional<Binding> binding;
   };
@@ -75,6 +79,7 @@ class DeviceLauncher final : public Launcher {
   Device& device_;
   cl::CommandQueue queue_;
   DeviceMemory& memory_;
+  BuildClock& builds_;
   std::size_t work_group_, fused_work_group_;
   bool profile_;
   std::map<std::string, Kernel, std::less<>> kernels_;

@@ -64,6 +64,7 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
         driven.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
         driven.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
         break;
+      case InputKind::restore: break;  // of the whole state, by who has it
     }
   }
   if (any(InputKind::velocity)) backend.upload(Buffer::motions, moving);

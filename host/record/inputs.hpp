@@ -11,8 +11,8 @@ namespace lockstep {
 template <class real>
 Buffers<real> driven_by_inputs(const Buffers<real>& state);
 
-/// Does it, before a step: overwrites velocities, lets loads act and drives motors otherwise. `held` is the caller's
-/// copy of what the backend holds of these, and is kept up.
+/// Does it, before a step: overwrites velocities, lets loads act and drives motors otherwise; restores are none of it.
+/// `held` is the caller's copy of what the backend holds of these, and is kept up.
 template <class real>
 void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven);
 

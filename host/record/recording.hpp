@@ -2,6 +2,7 @@
 // with, and a row of each table below for each step.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <string>
 
@@ -9,8 +10,8 @@
 
 namespace lockstep {
 
-// Format 3 knows no oracles, and is read all the same.
-inline constexpr u32 recording_format = 4, oldest_recording_format = 3;
+// Formats 3 and 4 know no restores, and format 3 no oracles; both are read all the same.
+inline constexpr u32 recording_format = 5, oldest_recording_format = 3, restores_format = 5;
 
 /// What a recording says of itself.
 struct RecordingLabel {
@@ -18,6 +19,7 @@ struct RecordingLabel {
   std::string options;      // as the command line gave them
   std::string scene_text;   // of the scene file; empty of a world that was made in code
   std::string source = {};  // the path of that file, from which meshes are looked for
+  double dt = 0;            // of a step, s; 0 where the recording does not say, which holds it in the run's precision
 };
 
 /// A row of `steps`.
@@ -40,17 +42,30 @@ struct MeasureRow {
 /// Whether a recording has a table of what is done to bodies from outside.
 enum class Inputs { none, recorded };
 
-enum class InputKind : u32 { velocity = 0, load = 1, motor = 2 };
+enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3 };
 
-/// A row of `inputs`: what was done to a body or a joint from outside before a step. A velocity replaces that of the
-/// body; a load acts from this step on, until another one does; a joint's motor is this one until it is another.
+/// A row of `inputs`: what was done to a body, a joint or the whole state from outside before a step. A velocity
+/// replaces that of the body; a load acts from this step on, until another one does; a joint's motor is this one until
+/// it is another. A restore puts back the state that there was before row `body` of `steps`, when as many inputs as
+/// linear[0] says had been done.
 struct InputRow {
   u32 step = 0;  // the number of the step that is the first to feel it, as in StepRow
-  u32 body = 0;  // of a motor, the joint
+  u32 body = 0;  // of a motor, the joint; of a restore, a row of `steps`
   InputKind kind = InputKind::velocity;
-  u32 reserved = 0;  // 0
+  u32 row = 0;  // the row of `steps` that is the first to feel it: steps are told again after a restore
   // As the run holds them: m/s and rad/s, or N and N m, world frame; of a motor its speed and force (Joint) in linear.
   double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
 };
+
+/// A moment of a recording: so many steps and inputs were there.
+struct RecordingPosition {
+  u32 rows = 0, inputs = 0;
+  auto operator<=>(const RecordingPosition&) const = default;
+};
+
+/// Where a restore goes back to.
+inline RecordingPosition restored_position(const InputRow& restore) {
+  return {restore.body, static_cast<u32>(restore.linear[0])};
+}
 
 }  // namespace lockstep

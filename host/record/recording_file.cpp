@@ -44,6 +44,7 @@ void write_head(hid_t file, const RecordingLabel& label, const InitialState<real
   h5::write_attribute(file, "device", label.device);
   h5::write_attribute(file, "options", label.options);
   h5::write_attribute(file, "source", label.source);
+  h5::write_attribute(file, "dt", label.dt);
   h5::write_text(file, "scene_text", label.scene_text);
   const h5::Handle outcome(H5Acreate2(file, "outcome", h5::text_type(outcome_length), h5::Handle(H5Screate(H5S_SCALAR)),
                                       H5P_DEFAULT, H5P_DEFAULT));

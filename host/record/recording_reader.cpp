@@ -82,6 +82,7 @@ std::vector<Row> read_table(hid_t file, const char* name, const h5::Handle& type
 // Whether this can be done to the bodies or the joints of the scene.
 template <class real>
 bool fits(const InputRow& row, const InitialState<real>& state) {
+  if (row.kind == InputKind::restore) return true;
   if (row.kind == InputKind::motor) return row.body < state.sizes.joints && row.linear[1] >= 0;
   return row.body < state.sizes.bodies && (row.kind != InputKind::load || has(state.features, Feature::loads));
 }
@@ -99,15 +100,16 @@ RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std
 }
 
 void RecordingReader::read_head() {
-  const u32 format = h5::read_attribute<u32>(file_, "format");
-  if (format < oldest_recording_format || format > recording_format)
-    throw h5::Failed("it has format " + std::to_string(format) + ", wanted is " + std::to_string(recording_format));
+  format_ = h5::read_attribute<u32>(file_, "format");
+  if (format_ < oldest_recording_format || format_ > recording_format)
+    throw h5::Failed("it has format " + std::to_string(format_) + ", wanted is " + std::to_string(recording_format));
   version_ = h5::read_text_attribute(file_, "version");
   precision_ = read_precision(file_);
   label_.scene = h5::read_text_attribute(file_, "scene");
   label_.device = h5::read_text_attribute(file_, "device");
   label_.options = h5::read_text_attribute(file_, "options");
   label_.source = h5::read_text_attribute(file_, "source");
+  if (h5::has_attribute(file_, "dt")) label_.dt = h5::read_attribute<double>(file_, "dt");
   label_.scene_text = h5::read_text(file_, "scene_text");
   outcome_ = h5::read_text_attribute(file_, "outcome");
   oracle_ = read_oracle(h5::open_group(file_, "compiled_scene"));
@@ -115,29 +117,67 @@ void RecordingReader::read_head() {
 
 void RecordingReader::read_steps() {
   rows_ = read_table<StepRow>(file_, "steps", step_row_type());
+  if (h5::has(file_, "inputs")) inputs_ = read_table<InputRow>(file_, "inputs", input_row_type(format_));
   // rows that are announced and not there yet are zeros
-  const auto follows = [](const StepRow& a, const StepRow& b) { return b.step != a.step + 1; };
-  const auto end = std::adjacent_find(rows_.begin(), rows_.end(), follows);
-  if (end != rows_.end()) rows_.erase(end + 1, rows_.end());
-  if (!rows_.empty() && rows_[0].step == 0) rows_.clear();
+  std::size_t input = 0;
+  const auto follows = [&](u32 row) {
+    const u32 restored = step_after_restores(row, input);
+    if (restored != NONE) return rows_[row].step == restored;
+    return row == 0 ? rows_[0].step > 0 : rows_[row].step == rows_[row - 1].step + 1;
+  };
+  for (u32 row = 0; row < rows_.size(); ++row) {
+    if (follows(row)) continue;
+    rows_.resize(row);
+    break;
+  }
   state_hashes_ = read_hashes("state_hashes");
   pose_hashes_ = read_hashes("pose_hashes");
 }
 
+// What the step of a row is after the last restore before it; NONE where there is none. `input` is the first input of
+// the row, and then that of the next one.
+u32 RecordingReader::step_after_restores(u32 row, std::size_t& input) const {
+  if (format_ < restores_format) return NONE;
+  u32 step = NONE;
+  for (; input < inputs_.size() && inputs_[input].row == row; ++input) {
+    const InputRow& restore = inputs_[input];
+    if (restore.kind != InputKind::restore) continue;
+    if (restore.body > row) throw h5::Failed("inputs[" + std::to_string(input) + "] makes no sense");
+    step = restore.body == 0 ? rows_[0].step : rows_[restore.body - 1].step + 1;
+  }
+  return step;
+}
+
 // Of the steps that are there; what was done before the next one may be there already.
 void RecordingReader::read_inputs() {
-  if (!h5::has(file_, "inputs")) return;
-  inputs_ = read_table<InputRow>(file_, "inputs", input_row_type());
-  const u32 last = rows_.empty() ? 0 : rows_.back().step;
-  const auto is_later = [last](const InputRow& row) { return row.step == 0 || row.step > last; };
-  inputs_.erase(std::find_if(inputs_.begin(), inputs_.end(), is_later), inputs_.end());
-  for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    const InputRow& row = inputs_[i];
-    const auto is_bad = [](double x) { return !std::isfinite(x); };
-    if (row.step < rows_[0].step || (i > 0 && row.step < inputs_[i - 1].step) || row.kind > InputKind::motor ||
-        std::any_of(row.linear, row.linear + 3, is_bad) || std::any_of(row.angular, row.angular + 3, is_bad))
-      throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
+  if (format_ < restores_format) {
+    for (InputRow& row : inputs_) {
+      const auto felt = std::ranges::lower_bound(rows_, row.step, {}, &StepRow::step);
+      row.row = row.step == 0 ? NONE : static_cast<u32>(felt - rows_.begin());
+    }
   }
+  const auto is_later = [this](const InputRow& row) { return row.step == 0 || row.row >= rows_.size(); };
+  inputs_.erase(std::ranges::find_if(inputs_, is_later), inputs_.end());
+  bool superseded = false;  // by a restore before the same step
+  for (std::size_t i = inputs_.size(); i-- > 0;) {
+    const InputRow& row = inputs_[i];
+    superseded = superseded && inputs_[i + 1].row == row.row;
+    const auto is_bad = [](double x) { return !std::isfinite(x); };
+    if ((i > 0 && row.row < inputs_[i - 1].row) || (!superseded && row.step != rows_[row.row].step) ||
+        row.kind > InputKind::restore || std::any_of(row.linear, row.linear + 3, is_bad) ||
+        std::any_of(row.angular, row.angular + 3, is_bad) || (row.kind == InputKind::restore && !restores(i)))
+      throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
+    superseded = superseded || row.kind == InputKind::restore;
+  }
+}
+
+// Whether a restore goes back to a moment before it.
+bool RecordingReader::restores(std::size_t input) const {
+  const InputRow& restore = inputs_[input];
+  if (!(restore.linear[0] >= 0 && restore.linear[0] <= double(input))) return false;
+  const RecordingPosition to = restored_position(restore);
+  return format_ >= restores_format && double(to.inputs) == restore.linear[0] && to.rows <= restore.row &&
+         (to.inputs == 0 || inputs_[to.inputs - 1].row <= to.rows) && inputs_[to.inputs].row >= to.rows;
 }
 
 // Those of steps that are not there yet may be there already.

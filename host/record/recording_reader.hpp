@@ -25,6 +25,12 @@ class RecordingReader {
   /// not over, or was killed.
   const std::string& outcome() const { return outcome_; }
 
+  /// Of a step, s: what the scene said, or in an older recording what the precision of the run made of it.
+  template <class real>
+  double dt(const StepParams<real>& params) const {
+    return label_.dt > 0 ? label_.dt : double(params.dt) * params.substeps;
+  }
+
   /// Steps that are there whole.
   u32 steps() const { return static_cast<u32>(rows_.size()); }
   const std::vector<StepRow>& rows() const { return rows_; }
@@ -33,7 +39,8 @@ class RecordingReader {
   const std::vector<std::uint64_t>& state_hashes() const { return state_hashes_; }
   const std::vector<std::uint64_t>& pose_hashes() const { return pose_hashes_; }
 
-  /// What was done to bodies from outside before each of the steps, in order; nothing in a run that went by itself.
+  /// What was done to bodies, joints and the state from outside before each of the steps, in order; nothing in a run
+  /// that went by itself.
   const std::vector<InputRow>& inputs() const { return inputs_; }
 
   /// Of the steps that the report measured, in order.
@@ -50,7 +57,9 @@ class RecordingReader {
  private:
   void read_head();
   void read_steps();
+  u32 step_after_restores(u32 row, std::size_t& input) const;
   void read_inputs();
+  bool restores(std::size_t input) const;
   void read_measures();
   std::vector<std::uint64_t> read_hashes(const char* name) const;
 
@@ -58,6 +67,7 @@ class RecordingReader {
   h5::Handle file_;
   RecordingLabel label_;
   OracleChoice oracle_;
+  u32 format_ = 0;
   std::string version_, precision_, outcome_;
   std::vector<StepRow> rows_;
   std::vector<InputRow> inputs_;

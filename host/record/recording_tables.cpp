@@ -24,14 +24,14 @@ h5::Handle measure_row_type() {
   return type;
 }
 
-h5::Handle input_row_type() {
+h5::Handle input_row_type(u32 format) {
   constexpr hsize_t three = 3;
   const h5::Handle vector(H5Tarray_create2(H5T_IEEE_F64LE, 1, &three));
   h5::Handle type(H5Tcreate(H5T_COMPOUND, sizeof(InputRow)));
   h5::check(H5Tinsert(type, "step", offsetof(InputRow, step), H5T_STD_U32LE));
   h5::check(H5Tinsert(type, "body", offsetof(InputRow, body), H5T_STD_U32LE));
   h5::check(H5Tinsert(type, "kind", offsetof(InputRow, kind), H5T_STD_U32LE));
-  h5::check(H5Tinsert(type, "reserved", offsetof(InputRow, reserved), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, format < restores_format ? "reserved" : "row", offsetof(InputRow, row), H5T_STD_U32LE));
   h5::check(H5Tinsert(type, "linear", offsetof(InputRow, linear), vector));
   h5::check(H5Tinsert(type, "angular", offsetof(InputRow, angular), vector));
   return type;

@@ -9,7 +9,8 @@ namespace lockstep {
 /// The types of rows in files; they are laid out as in memory.
 h5::Handle step_row_type();
 h5::Handle measure_row_type();
-h5::Handle input_row_type();
+/// Before restores_format `row` is "reserved".
+h5::Handle input_row_type(u32 format = recording_format);
 
 /// Of `measures`, all of double.
 struct MeasureColumn {

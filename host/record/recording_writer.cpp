@@ -26,6 +26,7 @@ class RecordingWriter<real>::Thread {
 
   void add(const StepRow& row, const Buffers<real>& buffers) {
     filling_.steps.push_back(row);
+    ++position_.rows;
     for (const WorldHash& hash : buffers.world_hashes) {
       filling_.state_hashes.push_back(state_hash(hash));
       filling_.pose_hashes.push_back(pose_hash(hash));
@@ -39,7 +40,12 @@ class RecordingWriter<real>::Thread {
     if (filling_.steps.size() == file_.batch_steps()) hand_over();
   }
   void add(const MeasureRow& row) { filling_.measures.push_back(row); }
-  void add(const InputRow& row) { filling_.inputs.push_back(row); }
+  void add(const InputRow& row) {
+    filling_.inputs.push_back(row);
+    filling_.inputs.back().row = position_.rows;
+    ++position_.inputs;
+  }
+  const RecordingPosition& position() const { return position_; }
 
   void close(const std::string& outcome) {
     hand_over();
@@ -116,6 +122,7 @@ class RecordingWriter<real>::Thread {
   RecordingFile<real> file_;
   const std::ptrdiff_t bodies_;
   Batch<real> filling_, written_;
+  RecordingPosition position_;
   std::mutex mutex_;
   std::condition_variable changed_;
   bool busy_ = false, stopping_ = false;
@@ -155,6 +162,11 @@ void RecordingWriter<real>::add(const MeasureRow& row) {
 template <class real>
 void RecordingWriter<real>::add(const InputRow& row) {
   thread_->add(row);
+}
+
+template <class real>
+RecordingPosition RecordingWriter<real>::position() const {
+  return thread_->position();
 }
 
 template <class real>

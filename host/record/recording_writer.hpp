@@ -29,8 +29,10 @@ class RecordingWriter {
   /// One more step. The writing is done by another thread; throws Error (device) where it failed.
   void add(const StepRow& row, const Buffers<real>& buffers);
   void add(const MeasureRow& row);
-  /// Before the step that it names; of a recording that has inputs.
+  /// Before the step that it names; of a recording that has inputs. Its `row` is set here.
   void add(const InputRow& row);
+  /// How many steps and inputs there are so far.
+  RecordingPosition position() const;
 
   /// Writes what is left and how the run ended. Throws Error (device) where that fails.
   void close(const std::string& outcome);

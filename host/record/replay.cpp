@@ -1,6 +1,8 @@
 #include "host/record/replay.hpp"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "host/backends/words.hpp"
 #include "host/record/current_state.hpp"
@@ -16,6 +18,63 @@ namespace lockstep {
 
 namespace {
 
+// Does again what was done from outside, row by row, and keeps the states that are gone back to until the last time.
+template <class real>
+class InputReplay {
+ public:
+  InputReplay(const RecordingReader& recording, Simulation<real> simulation, Buffers<real> driven)
+      : inputs_(recording.inputs()), simulation_(std::move(simulation)), driven_(std::move(driven)) {
+    for (u32 i = 0; i < inputs_.size(); ++i)
+      if (inputs_[i].kind == InputKind::restore) last_restore_[restored_position(inputs_[i])] = i;
+  }
+
+  Simulation<real>& simulation() { return simulation_; }
+
+  /// What was done before the step of a row; all rows before it have been done.
+  void act_before(u32 row) {
+    for (;;) {
+      keep({row, next_});
+      if (next_ == inputs_.size() || inputs_[next_].row != row) return;
+      if (inputs_[next_].kind == InputKind::restore) {
+        restore();
+        continue;
+      }
+      u32 end = next_ + 1;
+      while (end < inputs_.size() && inputs_[end].row == row && inputs_[end].kind != InputKind::restore &&
+             !last_restore_.contains({row, end}))
+        ++end;
+      act(std::span(inputs_).subspan(next_, end - next_), simulation_.backend(), driven_);
+      next_ = end;
+    }
+  }
+
+ private:
+  struct Kept {
+    SavedSimulation simulation;
+    Buffers<real> driven;
+  };
+
+  void keep(const RecordingPosition& position) {
+    if (last_restore_.contains(position)) kept_.try_emplace(position, Kept{simulation_.save(), driven_});
+  }
+
+  void restore() {
+    const RecordingPosition to = restored_position(inputs_[next_]);
+    Kept& kept = kept_.at(to);
+    simulation_.restore(kept.simulation);
+    driven_ = kept.driven;
+    if (last_restore_.at(to) == next_) kept_.erase(to);
+    ++next_;
+  }
+
+  const std::vector<InputRow>& inputs_;
+  Simulation<real> simulation_;
+  Buffers<real> driven_;
+  u32 next_ = 0;                                   // of the inputs
+  std::map<RecordingPosition, u32> last_restore_;  // the input that is the last one to go back there
+  std::map<RecordingPosition, Kept> kept_;
+};
+
 template <class real>
 class Replay {
  public:
@@ -23,10 +82,10 @@ class Replay {
       : recording_(recording), target_(target), parting_(parting), start_(recording.start<real>()) {}
 
   Replayed run(const std::function<void(u32)>& done) const {
-    Simulation<real> simulation = simulate(start_);
-    Buffers<real> driven = driven_by_inputs(start_.buffers);
+    Inputs inputs(recording_, simulate(start_), driven_by_inputs(start_.buffers));
+    Simulation<real>& simulation = inputs.simulation();
     for (u32 row = 0; row < recording_.steps(); ++row) {
-      act(inputs_before(row), simulation.backend(), driven);
+      inputs.act_before(row);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
       for (u32 world = 0; world < hashes.size(); ++world)
@@ -47,28 +106,21 @@ class Replay {
   }
 
  private:
+  using Inputs = InputReplay<real>;
+
   Simulation<real> simulate(const InitialState<real>& state) const {
     return Simulation<real>(make_stepper(state, target_).backend, state.params, state.buffers.step_index.front());
   }
 
-  // What was done before the step of a row.
-  std::span<const InputRow> inputs_before(u32 row) const {
-    const std::vector<InputRow>& all = recording_.inputs();
-    const u32 step = recording_.rows()[row].step;
-    return {std::ranges::lower_bound(all, step, {}, &InputRow::step),
-            std::ranges::upper_bound(all, step, {}, &InputRow::step)};
-  }
-
   // The state from which the step of a row starts, with what was done before it.
   InitialState<real> state_before(u32 row) const {
-    Simulation<real> simulation = simulate(start_);
-    Buffers<real> driven = driven_by_inputs(start_.buffers);
+    Inputs inputs(recording_, simulate(start_), driven_by_inputs(start_.buffers));
     for (u32 i = 0; i < row; ++i) {
-      act(inputs_before(i), simulation.backend(), driven);
-      simulation.step();
+      inputs.act_before(i);
+      inputs.simulation().step();
     }
-    act(inputs_before(row), simulation.backend(), driven);
-    return current_state(start_, simulation);
+    inputs.act_before(row);
+    return current_state(start_, inputs.simulation());
   }
 
   [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {

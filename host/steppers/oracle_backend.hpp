@@ -19,6 +19,7 @@ class OracleBackend : public ReferenceBackend<double> {
   /// that before the step.
   void run(Stage stage, const StepParams<double>& params) override;
   Unsolved unsolved() const override { return unsolved_; }
+  void set_unsolved(const Unsolved& unsolved) override { unsolved_ = unsolved; }
 
  protected:
   /// A system gets 60 s. Throws what the solver does.

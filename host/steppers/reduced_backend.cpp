@@ -128,6 +128,13 @@ std::optional<Residual> ReducedBackend::residual() const {
   return residual;
 }
 
+// The solution is of another step.
+void ReducedBackend::restore(SavedBuffers& saved) {
+  OracleBackend::restore(saved);
+  solution_.reset();
+  open_ = 0;
+}
+
 void ReducedBackend::take_own_residual(Measures& measures) {
   measures.residual = residual();
   measures.worst = std::nullopt;

@@ -26,6 +26,7 @@ class ReducedBackend final : public OracleBackend {
   /// Where that is.
   WorstContact worst_contact(const Residual& residual);
   void take_own_residual(Measures& measures) override;
+  void restore(SavedBuffers& saved) override;
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
 

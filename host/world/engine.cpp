@@ -56,6 +56,7 @@ class EngineOf final : public Engine {
     }
     DeviceOptions device_options;
     device_options.threads = options.threads;
+    if (!options.quiet) device_options.tell_building = tell_on_terminal;
     if (has(constants_.features, Feature::events)) groups_ = EventGroups({&scene, 1});
     Stepper<real> stepper = make_stepper(constants_, target_of(options.device, device_options, constants_.oracle));
     canary_ = std::move(stepper.canary);
@@ -175,7 +176,8 @@ class EngineOf final : public Engine {
 
   void record(const std::string& path, const Scene& scene) override {
     end_recording();
-    const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source};
+    const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source, dt_};
+    ++recordings_;
     recording_ =
         std::make_unique<RecordingWriter<real>>(path, label, current_state(constants_, *simulation_), Inputs::recorded);
   }
@@ -184,6 +186,33 @@ class EngineOf final : public Engine {
     if (const auto recording = std::move(recording_))
       recording->close(finished(*simulation_, constants_.oracle, verdict()));
   }
+
+  std::unique_ptr<SavedEngine> save() override {
+    auto saved = std::make_unique<Saved>();
+    saved->simulation = simulation_->save();
+    saved->driven = driven_by_inputs(constants_.buffers);
+    saved->monitor = *monitor_;
+    saved->recording = recording_ ? recordings_ : 0;
+    if (recording_) saved->position = recording_->position();
+    return saved;
+  }
+
+  bool restore(SavedEngine& of) override {
+    auto& saved = static_cast<Saved&>(of);
+    const bool is_noted = recording_ && saved.recording == recordings_;
+    if (!is_noted) end_recording();
+    simulation_->restore(saved.simulation);
+    constants_.buffers.loads = saved.driven.loads;
+    constants_.buffers.joints = saved.driven.joints;
+    *monitor_ = *saved.monitor;
+    if (!is_noted) return false;
+    InputRow row = {.step = steps_done() + 1, .body = saved.position.rows, .kind = InputKind::restore};
+    row.linear[0] = saved.position.inputs;
+    recording_->add(row);
+    return true;
+  }
+
+  bool has_kernels() const override { return simulation_->backend().name() != "reference"; }
 
   Twist rounded(const Twist& velocity) const override {
     real v[3], w[3];
@@ -197,6 +226,14 @@ class EngineOf final : public Engine {
   Twist velocity_between(const Pose& current, const Pose& target) const override;
 
  private:
+  struct Saved final : SavedEngine {
+    SavedSimulation simulation;
+    Buffers<real> driven;
+    std::optional<Monitor> monitor;
+    u32 recording = 0;  // which was under way; 0: none
+    RecordingPosition position;
+  };
+
   const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
     return simulation_->backend().download(std::span(wanted.begin(), wanted.size()));
   }
@@ -243,7 +280,9 @@ class EngineOf final : public Engine {
     }
   }
 
-  Measures measures() { return measure(simulation_->backend(), simulation_->params(), simulation_->counters()); }
+  Measures measures() {
+    return measure(simulation_->backend(), simulation_->params(), simulation_->measured_counters());
+  }
 
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
@@ -252,6 +291,7 @@ class EngineOf final : public Engine {
   std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
+  u32 recordings_ = 0;  // so far
 };
 
 template <class real>

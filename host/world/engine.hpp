@@ -36,6 +36,12 @@ struct IndexMap {
 /// What errors call a body or joint, by its place in the scene.
 using ItemNamer = std::function<std::string(Item item, u32 index)>;
 
+/// What an engine was, for Engine::restore().
+class SavedEngine {
+ public:
+  virtual ~SavedEngine() = default;
+};
+
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -82,6 +88,16 @@ class Engine {
   virtual void record(const std::string& path, const Scene& scene) = 0;
   /// Closes the recording, if there is one.
   virtual void end_recording() = 0;
+
+  /// All that its steps, contacts(), events() and verdict() depend on, where it is. Throws Error (comparison) where a
+  /// step has failed.
+  virtual std::unique_ptr<SavedEngine> save() = 0;
+  /// Goes back, or forth, to what it was. Returns whether the recording goes on and has been told, as one that
+  /// was under way then; another one is closed.
+  virtual bool restore(SavedEngine& saved) = 0;
+
+  /// Whether it has kernels that are built when they are first needed.
+  virtual bool has_kernels() const = 0;
 
   /// The velocity that a dynamic body of this pose and velocity has after an impulse at a point: v + J / m and
   /// w + I^-1 (arm x J), about its centre of mass or its pivot.

@@ -52,6 +52,14 @@ class Handles {
     return what_ + (name.empty() ? " with the handle " + std::to_string(handle.id) : " " + quote(name));
   }
 
+  /// As they were when `before` was a copy of them; of those that have come since none is given again.
+  void go_back(const Handles& before) {
+    const std::size_t issued = index_of_.size();
+    all_ = before.all_;
+    index_of_ = before.index_of_;
+    index_of_.resize(std::max(issued, index_of_.size()), NONE);
+  }
+
   Handle operator[](std::size_t index) const { return all_[index]; }
   const std::vector<Handle>& all() const { return all_; }
 

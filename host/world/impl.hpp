@@ -22,14 +22,21 @@ inline Wrench sum(const Wrench& a, const Wrench& b) {
   return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)};
 }
 
+/// Bodies, joints and settings of a world at some time, shared by the snapshots between two changes of them.
+struct Population {
+  Scene scene;
+  Handles<BodyHandle> bodies;
+  Handles<JointHandle> joints;
+};
+
 struct World::Impl {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
   Handles<BodyHandle> bodies{"body"};    // of the scene's bodies
   Handles<JointHandle> joints{"joint"};  // of its joints
 
-  std::unique_ptr<Engine> engine;
-  IndexMap index_map;  // from the engine's bodies and joints to the scene's
+  std::shared_ptr<Engine> engine;  // snapshots keep theirs
+  IndexMap index_map;              // from the engine's bodies and joints to the scene's
   bool changed = true;
   Verdict verdict;                  // of the engines before this one
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
@@ -54,6 +61,17 @@ struct World::Impl {
   std::string recording;       // the path of its first file; empty: nothing is recorded
   u32 recording_files = 0;     // so far
   bool recording_due = false;  // with the next step another one begins
+
+  // snapshots: where they belong, what the next one shares with the last one, and whether motors have ever been set
+  std::shared_ptr<const int> self = std::make_shared<const int>();
+  std::shared_ptr<const Population> population;  // null where something has changed since
+  bool motors_were_set = false;
+
+  // The engine is to be made anew before it is asked anything.
+  void change() {
+    changed = true;
+    population.reset();
+  }
 
   // Nothing has become anything else.
   void reset_index_map() {
@@ -172,7 +190,7 @@ struct World::Impl {
 
   BodyHandle add(const BodyDescription& body) {
     scene.bodies.push_back(body);
-    changed = true;
+    change();
     return bodies.add();
   }
 
@@ -193,7 +211,7 @@ struct World::Impl {
       joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
     }
     scene.joints.push_back(std::move(joint));
-    changed = true;
+    change();
     return joints.add();
   }
 
@@ -201,7 +219,7 @@ struct World::Impl {
     joints.remove(gone, scene.joints[gone].name);
     scene.joints.erase(scene.joints.begin() + gone);
     rename_without(index_map.joints, gone);
-    changed = true;
+    change();
   }
 
   // Its joints keep the frames that they have: where bodies stand at load tells those no longer.
@@ -220,7 +238,7 @@ struct World::Impl {
     body.velocity = velocity.linear;
     body.angular_velocity = velocity.angular;
     std::ranges::replace(index_map.bodies, index, NONE);
-    changed = true;
+    change();
   }
 
   std::vector<BodyHandle> bodies_in(const VolumeQuery& volume) {
@@ -235,17 +253,24 @@ struct World::Impl {
   // Kernels for forces are only built where there are any.
   void ask_for_loads() {
     if (std::exchange(scene.settings.loads, true)) return;
-    changed = true;
+    change();
   }
 
   // Where no two shapes can touch they are only kept for those who ask for them, and never where runge_kutta moves them
   // or their particles touch in their place.
-  void ask_for_shapes() {
-    if (scene.particles || scene.settings.integrator == Integrator::runge_kutta) return;
-    if (scene.settings.keeps_shapes || shapes_can_touch(scene)) return;
-    scene.settings.keeps_shapes = true;
-    changed = true;
+  static bool can_keep_shapes(const Scene& scene) {
+    return !scene.particles && scene.settings.integrator != Integrator::runge_kutta;
   }
+  void ask_for_shapes() {
+    if (!can_keep_shapes(scene) || scene.settings.keeps_shapes || shapes_can_touch(scene)) return;
+    scene.settings.keeps_shapes = true;
+    change();
+  }
+
+  void warm_up(const Expected& expected);
+  void warm_up(const Scene& like, bool questions);
+  std::shared_ptr<Snapshot::Data> save();
+  void restore(const Snapshot::Data& saved);
 
   void act() {
     Engine& current = ready();

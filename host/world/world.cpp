@@ -101,7 +101,7 @@ void World::remove(BodyHandle body) {
   p.forces.erase(body.id);
   p.targets.erase(body.id);
   p.arrived.erase(body.id);
-  p.changed = true;
+  p.change();
 }
 
 void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
@@ -159,7 +159,7 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
     throw Error(Failure::input, p.called(joint), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
-  p.motors_set = true;
+  p.motors_set = p.motors_were_set = true;
 }
 
 bool World::contains(JointHandle joint) const { return impl_->joints.contains(joint); }

@@ -113,6 +113,14 @@ struct WorldOptions {
   std::string precision = {};   // "float" or "double"; empty: what the scene says
   u32 threads = 0;              // of a CPU device; 0: all
   std::string solver = {};      // as `--solver`, with the settings that it brings; empty: what the scene says
+  bool quiet = false;  // no line on stderr, where that is a terminal, when building kernels takes more than a second
+};
+
+/// What a world is going to be asked, for World::warm_up().
+struct Expected {
+  bool forces = true;                        // apply_force(), apply(), set_load()
+  bool questions = true;                     // cast_ray(), overlapping_sphere() and their like
+  std::vector<BodyDescription> bodies = {};  // such as are going to be added
 };
 
 /// What a world computes on.
@@ -125,6 +133,23 @@ struct WorldDevice {
 /// A load that follows a table: rows of (time, s; load) with rising times, straight lines between them, the first and
 /// the last value before and after. For World::set_load. Throws Error where it is empty or times do not rise.
 std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> rows);
+
+/// A World as it was at some time, in memory, on the device where it is (World::save()). A copy is the same snapshot.
+/// It may be kept as long as one likes, and its world may go before it.
+class Snapshot {
+ public:
+  /// Of nothing yet.
+  Snapshot() = default;
+  explicit operator bool() const { return data_ != nullptr; }
+  /// Of the world, when it was made; 0 of nothing.
+  u32 steps_done() const;
+  double time() const;  // s
+
+ private:
+  friend class World;
+  struct Data;
+  std::shared_ptr<Data> data_;
+};
 
 class World {
  public:
@@ -185,10 +210,15 @@ class World {
 
   // ---- time
 
+  /// Builds the kernels that the next step, and what is expected, are going to need, which takes seconds where they
+  /// were never built before: afterwards the first force or the first cylinder takes no longer than another. Changes
+  /// nothing of the world. Throws Error (input) for bodies that make no sense, and in a world without bodies that
+  /// expects none.
+  void warm_up(const Expected& expected = {});
   /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
   void step(u32 count = 1);
   u32 steps_done() const;
-  double time() const;       // s
+  double time() const;       // s: steps_done() times the step, without what adding steps up would round
   double time_step() const;  // the scene's `dt`, s
 
   // ---- what is; spans hold until the next call that is not const
@@ -231,6 +261,17 @@ class World {
   std::uint64_t state_hash();
 
   // ---- what is kept
+
+  /// The world as it is: all that a checkpoint has, bodies and joints, what acts on them and what is to be done with
+  /// the next step. Memory of the size of the state, and while one of them is kept, of what computes the bodies of its
+  /// time; copied where the state is, without waiting for it. Throws Error (comparison) where a step has failed.
+  Snapshot save();
+  /// Goes back, or forth, to it: bodies and joints that have come or gone are as they were, handles of then good again,
+  /// and the same calls give the same bits. Handles of what has come since are good for nobody, and never given again.
+  /// contacts(), events() and verdict() are those of then; errors() are of no contacts until the next step. Files are
+  /// left alone: a recording goes on, and notes it (docs/recordings.md). Also after a step has failed. Throws Error
+  /// (input) for a snapshot of another world or of nothing.
+  void restore(const Snapshot& snapshot);
 
   /// Records every step from now on, with what is done to bodies and motors, into a file of HDF5 that `lockstep verify`
   /// replays on any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies and joints

@@ -1,0 +1,123 @@
+// Worlds as they were.
+#include <tuple>
+
+#include "host/world/impl.hpp"
+
+namespace lockstep {
+
+struct Snapshot::Data {
+  std::shared_ptr<const int> world;
+  u32 steps_done = 0;
+  double time = 0;
+
+  std::shared_ptr<const Population> population;
+  std::vector<std::pair<double, double>> motors;  // speed and force by joint, where any were set while the world ran
+  std::shared_ptr<Engine> engine;
+  std::unique_ptr<SavedEngine> state;
+  IndexMap index_map;
+  bool changed = false;
+  Verdict verdict;
+  std::vector<BodyHandle> stepped, made_of;
+  std::vector<BodyEvent> ended, ended_in_step;
+
+  std::map<u32, std::function<Wrench(double)>> loads;
+  std::map<u32, Wrench> forces;
+  std::map<u32, Pose> targets;
+  std::set<u32> arrived;
+  bool motors_set = false;
+
+  std::vector<BodyContact> contacts;
+  std::vector<BodyEvent> events;
+  bool kept = true;
+};
+
+std::shared_ptr<Snapshot::Data> World::Impl::save() {
+  if (!scene.bodies.empty()) ready();
+  if (engine) {
+    engine->expect_not_failed();
+    if (!changed) begin_recording();
+    hand_over_velocities();
+  }
+  if (!population) population = std::make_shared<const Population>(Population{scene, bodies, joints});
+  auto saved = std::make_shared<Snapshot::Data>();
+  saved->world = self;
+  saved->population = population;
+  if (motors_were_set)
+    for (const JointDescription& joint : scene.joints) saved->motors.emplace_back(joint.motor_speed, joint.motor_force);
+  saved->engine = engine;
+  if (engine) {
+    saved->state = engine->save();
+    saved->steps_done = engine->steps_done();
+  }
+  saved->time = saved->steps_done * scene.settings.dt;
+  saved->index_map = index_map;
+  saved->changed = changed;
+  saved->verdict = verdict;
+  saved->stepped = stepped;
+  saved->made_of = made_of;
+  saved->ended = ended;
+  saved->ended_in_step = ended_in_step;
+  saved->loads = loads;
+  saved->forces = forces;
+  saved->targets = targets;
+  saved->arrived = arrived;
+  saved->motors_set = motors_set;
+  saved->contacts = contacts;
+  saved->events = events;
+  saved->kept = kept;
+  return saved;
+}
+
+void World::Impl::restore(const Snapshot::Data& saved) {
+  if (engine != saved.engine) {
+    if (engine) engine->end_recording();
+    engine = saved.engine;
+  }
+  const bool noted = engine && engine->restore(*saved.state);
+  if (!noted) recording_due = !recording.empty();  // another file begins with this state
+  if (population != saved.population) {
+    scene = saved.population->scene;
+    bodies.go_back(saved.population->bodies);
+    joints.go_back(saved.population->joints);
+    population = saved.population;
+  } else if (motors_were_set) {
+    scene.joints = saved.population->scene.joints;
+  }
+  for (std::size_t j = 0; j < saved.motors.size(); ++j)
+    std::tie(scene.joints[j].motor_speed, scene.joints[j].motor_force) = saved.motors[j];
+  index_map = saved.index_map;
+  changed = saved.changed;
+  verdict = saved.verdict;
+  stepped = saved.stepped;
+  made_of = saved.made_of;
+  ended = saved.ended;
+  loads = saved.loads;
+  forces = saved.forces;
+  targets = saved.targets;
+  arrived = saved.arrived;
+  motors_set = saved.motors_set;
+  forget_state();
+  new_velocities.clear();
+  ended_in_step = saved.ended_in_step;
+  contacts = saved.contacts;
+  events = saved.events;
+  kept = saved.kept;
+}
+
+u32 Snapshot::steps_done() const { return data_ ? data_->steps_done : 0; }
+double Snapshot::time() const { return data_ ? data_->time : 0; }
+
+Snapshot World::save() {
+  Snapshot snapshot;
+  snapshot.data_ = impl_->save();
+  return snapshot;
+}
+
+void World::restore(const Snapshot& snapshot) {
+  if (!snapshot) throw Error(Failure::input, "snapshot", "is of nothing; save() makes one");
+  if (snapshot.data_->world != impl_->self)
+    throw Error(Failure::input, "snapshot", "is of another world; only the one that made it goes back to it");
+  impl_->restore(*snapshot.data_);
+}
+
+}  // namespace lockstep
