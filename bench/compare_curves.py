@@ -4,7 +4,8 @@
 Both files are of `lockstep bench`, taken on one machine that did nothing else. For each case, precision and quantity the
 best trials of OLD, those that nothing of OLD beats in both error and time, are held against NEW: how long NEW's fastest
 trial takes that errs by no more than 1.05 times as much, in parts of OLD's time. Below 1 NEW is faster; "none": no trial
-of NEW is as good. Errors below --floor (1e-9) count as that.
+of NEW is as good. Errors below --floor (1e-9) count as that. With --shared settings that one file lacks are left out, so
+that files of runs which were ended can be compared.
 """
 import argparse
 import csv
@@ -12,9 +13,13 @@ import math
 import statistics
 
 
-def curves(file, floor):
+def setting(row):
+    return tuple(row[key] for key in ("case", "device", "precision", "method", "dt_s", "substeps", "sweeps"))
+
+
+def curves(rows, floor):
     found = {}
-    for row in csv.DictReader(file):
+    for row in rows:
         if row["failure"] or not row["error"]:
             continue
         error = float(row["error"])
@@ -37,8 +42,13 @@ parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.R
 parser.add_argument("old", type=argparse.FileType())
 parser.add_argument("new", type=argparse.FileType())
 parser.add_argument("--floor", type=float, default=1e-9)
+parser.add_argument("--shared", action="store_true")
 options = parser.parse_args()
-old, new = curves(options.old, options.floor), curves(options.new, options.floor)
+files = [list(csv.DictReader(file)) for file in (options.old, options.new)]
+if options.shared:
+    shared = set(map(setting, files[0])) & set(map(setting, files[1]))
+    files = [[row for row in rows if setting(row) in shared] for rows in files]
+old, new = [curves(rows, options.floor) for rows in files]
 everything = []
 for key in sorted(old.keys() & new.keys()):
     front = best(old[key])

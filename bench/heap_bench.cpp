@@ -1,6 +1,7 @@
 // What a step of a large heap costs: cubes that fall into a box, at rest on each other after a while. Medians of steps
 // on an OpenCL device, the host's part of them included.
-//   heap_bench [--device auto] [--substeps 4] [COUNT...]     cubes; default 4096 32768 102400
+//   heap_bench [--device auto] [--substeps 4] [--profile] [COUNT...]     cubes; default 4096 32768 102400
+// With --profile the heap falls once more, and the table has what each stage of a step took, ms.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -69,21 +70,51 @@ Scene heap(u32 count, u32 substeps) {
   return scene;
 }
 
-void measure(const DeviceInfo& device, u32 count, u32 substeps) {
-  const InitialState<float> state = compile<float>(heap(count, substeps));
-  Simulation<float> simulation(std::make_unique<DeviceBackend<float>>(state, device), state.params);
+struct Timing {
+  std::vector<double> milliseconds;  // of each step
+  Counters counters;                 // of the last
+  StageSeconds stages;               // of all steps, settling too; of a profile
+};
+
+Timing settle_and_measure(const InitialState<float>& state, const DeviceInfo& device, bool profile) {
+  DeviceOptions options;
+  options.profile = profile;
+  auto owned = std::make_unique<DeviceBackend<float>>(state, device, options);
+  const DeviceBackend<float>& backend = *owned;
+  Simulation<float> simulation(std::move(owned), state.params);
   for (u32 i = 0; i < settling; ++i) simulation.step();
-  std::vector<double> times;
+  const StageSeconds before = backend.stage_seconds();
+  Timing timing;
   for (u32 i = 0; i < measured; ++i) {
     const double start = clock_milliseconds();
     simulation.step();
-    times.push_back(clock_milliseconds() - start);
+    timing.milliseconds.push_back(clock_milliseconds() - start);
   }
-  const double ms = median(times);
-  const Counters& counters = simulation.counters();
+  timing.counters = simulation.counters();
+  timing.stages = backend.stage_seconds();
+  for (u32 s = 0; s < stage_count; ++s) timing.stages[s] -= before[s];
+  return timing;
+}
+
+// "begin_step 0.01; update_bounds 0.02", ms a step.
+std::string in_words(const StageSeconds& stages) {
+  std::string words;
+  for (u32 s = 0; s < stage_count; ++s)
+    if (stages[s] > 0)
+      words += fmt::format("{}{} {:.3f}", words.empty() ? "" : "; ", info(static_cast<Stage>(s)).name,
+                           1e3 * stages[s] / measured);
+  return words;
+}
+
+void measure(const DeviceInfo& device, u32 count, u32 substeps, bool profile) {
+  const InitialState<float> state = compile<float>(heap(count, substeps));
+  const Timing timing = settle_and_measure(state, device, false);
+  const double ms = median(timing.milliseconds);
+  const Counters& counters = timing.counters;
   const u32 bodies = state.sizes.bodies - 1;
-  fmt::print("{},{},{},{},{},{},{:.4f},{:.2f}\n", device.name, bodies, counters[COUNTER_CONTACTS],
-             counters[COUNTER_BLOCKS] * PACK, counters[COUNTER_COLORS], substeps, ms, 1e6 * ms / bodies);
+  fmt::print("{},{},{},{},{},{},{:.4f},{:.2f},{}\n", device.name, bodies, counters[COUNTER_CONTACTS],
+             counters[COUNTER_BLOCKS] * PACK, counters[COUNTER_COLORS], substeps, ms, 1e6 * ms / bodies,
+             profile ? in_words(settle_and_measure(state, device, true).stages) : "");
   std::fflush(stdout);
 }
 
@@ -96,15 +127,17 @@ int main(int argc, char** argv) {
   std::vector<u32> counts = {4096, 32768, 102400};
   std::string choice = "auto";
   u32 substeps = 4;
+  bool profile = false;
   program.add_option("count", counts, "Cubes")->capture_default_str()->check(CLI::Range(1u, 10000000u));
   program.add_option("--device", choice, "As of lockstep run")->capture_default_str();
   program.add_option("--substeps", substeps, "Of a step")->capture_default_str()->check(CLI::Range(1u, 1000u));
+  program.add_flag("--profile", profile, "And what each stage takes, of one more run");
   CLI11_PARSE(program, argc, argv);
   try {
     const auto device = select_device(choice);
     if (!device) throw Error(Failure::device, "heap_bench", "needs an OpenCL device");
-    fmt::print("device,bodies,contacts,pairs_at_most,colors,substeps,ms_per_step,ns_per_body\n");
-    for (const u32 count : counts) bench::measure(*device, count, substeps);
+    fmt::print("device,bodies,contacts,pairs_at_most,colors,substeps,ms_per_step,ns_per_body,stages_ms\n");
+    for (const u32 count : counts) bench::measure(*device, count, substeps, profile);
   } catch (const Error& error) {
     fmt::print(stderr, "heap_bench: {}\n", error.what());
     return error.failure() == Failure::input ? 2 : 3;
