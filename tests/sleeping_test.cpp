@@ -26,7 +26,7 @@ TEST(Sleeping, AStackSleepsWhenAllHaveBeenAtRestForTheTimeTold) {
   u32 slow_steps = 0;                          // of all at once, and so slow that they are at rest
   while (!sleeps(simulation, 1)) {
     ASSERT_LT(simulation.steps_done(), 200u);
-    ASSERT_LT(slow_steps, 2 * steps_of_half_a_second);
+    ASSERT_LT(slow_steps, 3 * steps_of_half_a_second);
     for (u32 body = 2; body <= 3; ++body) EXPECT_FALSE(sleeps(simulation, body)) << simulation.steps_done();
     awake.step();
     simulation.step();
