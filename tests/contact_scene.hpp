@@ -206,6 +206,21 @@ InitialState<real> star_problem(u32 count) {
   return prepared(contact_graphs<real>({kinds}, {graph}));
 }
 
+/// A heap of boxes and spheres that overlap, in motion, on a plane: pairs of one to four points.
+inline std::vector<BodyDescription> overlapping_bodies(Random& random) {
+  std::vector<BodyDescription> bodies = {plane_body()};
+  for (int i = 0; i < 80; ++i) {
+    const Vector3 at = {random.between(-1.5, 1.5), random.between(-1.5, 1.5), random.between(0.2, 1.5)};
+    const Vector3 size = {random.between(0.2, 0.4), random.between(0.2, 0.4), random.between(0.2, 0.4)};
+    bodies.push_back(i % 5 == 0 ? sphere_body(at, 0.4)
+                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.rotation()));
+    bodies.back().velocity = random.vector(1);
+    bodies.back().angular_velocity = random.vector(2);
+    if (i % 10 == 9) bodies.back().kind = BODY_KINEMATIC;
+  }
+  return bodies;
+}
+
 /// A ball of 10 m, its surface strewn by the golden angle with small ones that fly inwards at 1 m/s.
 inline std::vector<BodyDescription> strewn_ball(u32 count) {
   std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 10)};

@@ -26,17 +26,7 @@ TYPED_TEST_SUITE(SolveNormals, Precisions);
 template <class real>
 InitialState<real> coupled_pile(bool soft) {
   Random random(31);
-  std::vector<BodyDescription> bodies = {plane_body()};
-  for (int i = 0; i < 80; ++i) {
-    const Vector3 at = {random.between(-1.5, 1.5), random.between(-1.5, 1.5), random.between(0.2, 1.5)};
-    const Vector3 size = {random.between(0.2, 0.4), random.between(0.2, 0.4), random.between(0.2, 0.4)};
-    bodies.push_back(i % 5 == 0 ? sphere_body(at, 0.4)
-                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.rotation()));
-    bodies.back().velocity = random.vector(1);
-    bodies.back().angular_velocity = random.vector(2);
-    if (i % 10 == 9) bodies.back().kind = BODY_KINEMATIC;
-  }
-  InitialState<real> state = make_worlds<real>({bodies}, 4096);
+  InitialState<real> state = make_worlds<real>({overlapping_bodies(random)}, 4096);
   state.features = with(with(state.features, Feature::coupled_normals), Feature::general_contacts);
   if (soft) {
     state.features = with(state.features, Feature::soft_contacts);
