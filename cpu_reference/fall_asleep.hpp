@@ -8,8 +8,8 @@
 //   goes on     |dx - (v0 (T - h) + v1 (T + h)) / 2| <= max(|v0|, |v1|) T / 4   the displacement dx in T is that of an
 //               even acceleration from v0 to v1 in sub-steps h, zero among them: what trembles comes back, and what
 //               comes to rest has been there for most of T. And meanwhile such a body has been as far as
-//               max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds for
-//               angles
+//               max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds with v1
+//               for v0, after a blow at the beginning, and for angles
 //   falls       |v1 - v0| > |g + f / m| dt / 2: constraints have not carried it in the last step
 //   is moved    the velocity changes along f / m by what the load alone would make in T, or by half as much more or
 //               less; and so by a torque
@@ -98,8 +98,11 @@ bool is_at_rest(const Buffers<real>& b, const StepParams<real>& params, u32 i, u
     load = scale3(m.inverse_mass, vec3(b.loads[i].force));
     angular_load = apply_inverse_inertia(m, vec3(b.loads[i].torque));
   }
-  return !goes_on(displacement, v0, v1, start.farthest2, time, params.dt, b.sleep_laws[i].radius) &&
+  const real radius = b.sleep_laws[i].radius;
+  return !goes_on(displacement, v0, v1, start.farthest2, time, params.dt, radius) &&
+         !goes_on(displacement, v1, v1, start.farthest2, time, params.dt, radius) &&
          !goes_on(angle, w0, w1, start.largest_angle2, time, params.dt, real(1)) &&
+         !goes_on(angle, w1, w1, start.largest_angle2, time, params.dt, real(1)) &&
          !falls(vec3_of(b.gravities[b.body_infos[i].world]), load, change, step_time) &&
          !is_moved_by(load, change, time) && !is_moved_by(angular_load, sub3(w1, w0), time);
 }

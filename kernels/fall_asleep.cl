@@ -51,7 +51,9 @@ static inline bool is_at_rest(const StepParams* params, u32 steps, real radius, 
   const Vec3 acceleration = scale3(motion.inverse_mass, vec3(load.force));
   const Vec3 angular_acceleration = apply_inverse_inertia(motion, vec3(load.torque));
   return !goes_on(displacement, v0, v1, start.farthest2, time, params->dt, radius) &&
+         !goes_on(displacement, v1, v1, start.farthest2, time, params->dt, radius) &&
          !goes_on(angle, w0, w1, start.largest_angle2, time, params->dt, (real)1) &&
+         !goes_on(angle, w1, w1, start.largest_angle2, time, params->dt, (real)1) &&
          !falls(gravity, acceleration, change, step_time) && !is_moved_by(acceleration, change, time) &&
          !is_moved_by(angular_acceleration, sub3(w1, w0), time);
 }
