@@ -1,18 +1,18 @@
 // Counts for how many steps each dynamic body has been still, and lets islands fall asleep at the end of a step.
 //
 // A body is still, at the ends of steps, while it trembles at the most: while |v| <= speed and |w| <= angular_speed
-// (SleepLaw), and it is where it was when it began to be still, but for REST_TREMBLE of its radius. Whoever has been
+// (SleepLaw), and it is where it was when it began to be still, but for REST_JITTER of its radius. Whoever has been
 // still for as many steps as the world says is a sleep candidate if it is at rest, else it begins anew. At rest is what
-// neither goes on, in the time T since it began, nor falls, nor is moved by its load:
+// neither keeps moving, in the time T since it began, nor falls, nor is moved by its load:
 //
-//   goes on     |dx - (v0 (T - h) + v1 (T + h)) / 2| <= max(|v0|, |v1|) T / 4   the displacement dx in T is that of an
-//               even acceleration from v0 to v1 in sub-steps h, zero among them: what trembles comes back, and what
-//               comes to rest has been there for most of T. And meanwhile such a body has been as far as
-//               max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds with v1
-//               for v0, after a blow at the beginning, and for angles
-//   falls       |v1 - v0| > |g + f / m| dt / 2: constraints have not carried it in the last step
-//   is moved    the velocity changes along f / m by what the load alone would make in T, or by half as much more or
-//               less; and so by a torque
+//   keeps moving  |dx - (v0 (T - h) + v1 (T + h)) / 2| <= max(|v0|, |v1|) T / 4   the displacement dx in T is that of
+//                 an even acceleration from v0 to v1 in sub-steps h, zero among them: what trembles comes back, and
+//                 what comes to rest has been there for most of T. And meanwhile such a body has been as far as
+//                 max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds with v1
+//                 for v0, after a blow at the beginning, and for angles
+//   falls         |v1 - v0| > |g + f / m| dt / 2: constraints have not carried it in the last step
+//   is moved      the velocity changes along f / m by what the load alone would make in T, or by half as much more or
+//                 less; and so by a torque
 //
 // A sleep candidate is asked again each time that it has been one for as many steps.
 //
@@ -51,7 +51,8 @@ bool is_slow(const SleepLaw<real>& law, const Motion<real>& m) {
 
 /// Of a displacement or an angle that the velocity has made while it changed from v0 to v1.
 template <class real>
-bool goes_on(Vec3<real> displacement, Vec3<real> v0, Vec3<real> v1, real farthest2, real time, real dt, real radius) {
+bool keeps_moving(Vec3<real> displacement, Vec3<real> v0, Vec3<real> v1, real farthest2, real time, real dt,
+                  real radius) {
   const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
   const real largest = (square0 > square1 ? square0 : square1) * (time * time);
   const Vec3<real> even = add3(scale3(real(0.5f) * (time - dt), v0), scale3(real(0.5f) * (time + dt), v1));
@@ -99,10 +100,10 @@ bool is_at_rest(const Buffers<real>& b, const StepParams<real>& params, u32 i, u
     angular_load = apply_inverse_inertia(m, vec3(b.loads[i].torque));
   }
   const real radius = b.sleep_laws[i].radius;
-  return !goes_on(displacement, v0, v1, start.farthest2, time, params.dt, radius) &&
-         !goes_on(displacement, v1, v1, start.farthest2, time, params.dt, radius) &&
-         !goes_on(angle, w0, w1, start.largest_angle2, time, params.dt, real(1)) &&
-         !goes_on(angle, w1, w1, start.largest_angle2, time, params.dt, real(1)) &&
+  return !keeps_moving(displacement, v0, v1, start.farthest2, time, params.dt, radius) &&
+         !keeps_moving(displacement, v1, v1, start.farthest2, time, params.dt, radius) &&
+         !keeps_moving(angle, w0, w1, start.largest_angle2, time, params.dt, real(1)) &&
+         !keeps_moving(angle, w1, w1, start.largest_angle2, time, params.dt, real(1)) &&
          !falls(vec3_of(b.gravities[b.body_infos[i].world]), load, change, step_time) &&
          !is_moved_by(load, change, time) && !is_moved_by(angular_load, sub3(w1, w0), time);
 }
@@ -121,9 +122,9 @@ u32 still_steps(Buffers<real>& b, const StepParams<real>& params, u32 i, u32 sti
   const Vec3<real> displacement = sub3(x, vec3(start.position));
   const Vec3<real> angle = angle_between(
       Quat<real>{start.orientation[0], start.orientation[1], start.orientation[2], start.orientation[3]}, q);
-  const real bound = real(REST_TREMBLE) * law.radius;
+  const real bound = real(REST_JITTER) * law.radius;
   const real distance2 = dot3(displacement, displacement), angle2 = dot3(angle, angle);
-  const bool stays = still != 0 && distance2 < bound * bound && angle2 < real(REST_TREMBLE) * real(REST_TREMBLE);
+  const bool stays = still != 0 && distance2 < bound * bound && angle2 < real(REST_JITTER) * real(REST_JITTER);
   start.farthest2 = distance2 > start.farthest2 ? distance2 : start.farthest2;
   start.largest_angle2 = angle2 > start.largest_angle2 ? angle2 : start.largest_angle2;
   const bool first = next == steps, asked = first || (next > steps && next - steps >= steps);

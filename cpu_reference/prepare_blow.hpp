@@ -11,8 +11,8 @@
 // u' takes e of what compression changed, and L only takes energy: without friction a lone blow gains none. Where all
 // points are pressed and none leaves, u' = -e u: Newton's law. A point that gets no impulse rests, with its law without
 // restitution. Points without restitution, and those too far to come into touch at the speed of the closing ones, are
-// left alone. Of the laws of
-// cpu_reference/impact.hpp, which each point obeys for itself, the normals follow this where a point leaves.
+// left alone. Of the laws of cpu_reference/impact.hpp, which each point obeys for itself, the normals follow this where
+// a point leaves.
 #pragma once
 
 #include "cpu_reference/solve_normals.hpp"

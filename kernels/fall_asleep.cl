@@ -16,7 +16,7 @@ static inline bool is_slow(SleepLaw law, Vec3 v, Vec3 w) {
   return dot3(v, v) <= law.speed * law.speed && dot3(w, w) <= law.angular_speed * law.angular_speed;
 }
 
-static inline bool goes_on(Vec3 displacement, Vec3 v0, Vec3 v1, real farthest2, real time, real dt, real radius) {
+static inline bool keeps_moving(Vec3 displacement, Vec3 v0, Vec3 v1, real farthest2, real time, real dt, real radius) {
   const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
   const real largest = (square0 > square1 ? square0 : square1) * (time * time);
   const Vec3 even = add3(scale3((real)0.5f * (time - dt), v0), scale3((real)0.5f * (time + dt), v1));
@@ -50,10 +50,10 @@ static inline bool is_at_rest(const StepParams* params, u32 steps, real radius, 
   const Vec3 change = sub3(v1, v0);
   const Vec3 acceleration = scale3(motion.inverse_mass, vec3(load.force));
   const Vec3 angular_acceleration = apply_inverse_inertia(motion, vec3(load.torque));
-  return !goes_on(displacement, v0, v1, start.farthest2, time, params->dt, radius) &&
-         !goes_on(displacement, v1, v1, start.farthest2, time, params->dt, radius) &&
-         !goes_on(angle, w0, w1, start.largest_angle2, time, params->dt, (real)1) &&
-         !goes_on(angle, w1, w1, start.largest_angle2, time, params->dt, (real)1) &&
+  return !keeps_moving(displacement, v0, v1, start.farthest2, time, params->dt, radius) &&
+         !keeps_moving(displacement, v1, v1, start.farthest2, time, params->dt, radius) &&
+         !keeps_moving(angle, w0, w1, start.largest_angle2, time, params->dt, (real)1) &&
+         !keeps_moving(angle, w1, w1, start.largest_angle2, time, params->dt, (real)1) &&
          !falls(gravity, acceleration, change, step_time) && !is_moved_by(acceleration, change, time) &&
          !is_moved_by(angular_acceleration, sub3(w1, w0), time);
 }
@@ -69,9 +69,9 @@ static inline u32 still_steps(const StepParams* params, u32 still, u32 steps, Sl
   const Vec3 displacement = sub3(x, vec3(was.position));
   const Vec3 angle =
       angle_between(make4(was.orientation[0], was.orientation[1], was.orientation[2], was.orientation[3]), q);
-  const real bound = (real)REST_TREMBLE * law.radius;
+  const real bound = (real)REST_JITTER * law.radius;
   const real distance2 = dot3(displacement, displacement), angle2 = dot3(angle, angle);
-  const bool stays = still != 0u && distance2 < bound * bound && angle2 < (real)REST_TREMBLE * (real)REST_TREMBLE;
+  const bool stays = still != 0u && distance2 < bound * bound && angle2 < (real)REST_JITTER * (real)REST_JITTER;
   was.farthest2 = distance2 > was.farthest2 ? distance2 : was.farthest2;
   was.largest_angle2 = angle2 > was.largest_angle2 ? angle2 : was.largest_angle2;
   const bool first = next == steps, asked = first || (next > steps && next - steps >= steps);

@@ -3,7 +3,7 @@
 #define LOCKSTEP_REST_BOUNDS_H
 
 // How far a still body may be from where it began to be still: 2^-8.
-#define REST_TREMBLE 3.90625e-03f
+#define REST_JITTER 3.90625e-03f
 // What it may go on by in the time that it has been still: 2^-16.
 #define REST_DRIFT 1.52587890625e-05f
 // Square of the part of gravity and load that is left where they balance each other, but for rounding: 2^-40.

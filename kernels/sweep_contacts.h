@@ -58,13 +58,17 @@ static inline lane_mask hit_pairs(u32 first, u32 block, const ContactStream* s, 
 #endif
 }
 
-// The normals of `pairs`, where there are any.
+// The normals of `pairs`, where there are any: those that are hit, from now on.
 static inline void solve_pair_normals(const u32 purpose, u32 first, u32 block, lane_mask pairs, lane_mask general,
                                       const ContactStream* s, LaneBody* a, LaneBody* b) {
+  if (!LANE_ANY(pairs)) return;
   const BlockRows rows = s->rows[block];
-  if (LANE_ANY(pairs))
-    solve_coupled_normals(purpose, first, rows.count, pairs, general, s->couplings + block, s->contacts + rows.first,
-                          s->softness + rows.first, s->impulses + rows.first, a, b);
+#if FEATURE_SOFT_CONTACTS
+  global real* const hit_speed = s->couplings[block].hit_speed + first;
+  LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
+#endif
+  solve_coupled_normals(purpose, first, rows.count, pairs, general, s->couplings + block, s->contacts + rows.first,
+                        s->softness + rows.first, s->impulses + rows.first, a, b);
 }
 #endif
 
@@ -80,8 +84,7 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
 #endif
 #if FEATURE_COUPLED_NORMALS
   const lane_mask several = LANE_MASK(count > (lane_u32)1);
-  lane_mask hit = several & hit_pairs(first, block, s, a, b);
-  solve_pair_normals(purpose, first, block, hit, general, s, a, b);
+  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
 #endif
   solve_row(purpose, first, rows.first, general, s, a, b, change);
 #if FEATURE_MANIFOLDS
@@ -94,12 +97,7 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
   }
 #endif
 #if FEATURE_COUPLED_NORMALS
-  hit = hit | (several & hit_pairs(first, block, s, a, b));
-  solve_pair_normals(purpose, first, block, hit, general, s, a, b);
-#if FEATURE_SOFT_CONTACTS
-  global real* const hit_speed = s->couplings[block].hit_speed + first;
-  LANE_STORE(hit ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
-#endif
+  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
 #endif
 }
 

@@ -18,6 +18,12 @@ Hashes hashes_of(World& world, u32 steps) {
   return hashes;
 }
 
+/// Back to the snapshot, and the steps after it once more.
+void expect_again(World& world, const Snapshot& snapshot, const Hashes& hashes) {
+  world.restore(snapshot);
+  EXPECT_EQ(hashes_of(world, static_cast<u32>(hashes.size())), hashes);
+}
+
 template <class Test>
 void everywhere(const Test& test) {
   for (const char* device : {"reference", "auto"}) {
@@ -186,8 +192,7 @@ TEST(Snapshots, SleepersSleepOnAndWakeAgain) {
     world.restore(asleep);
     EXPECT_TRUE(world.is_asleep(high));
     EXPECT_EQ(hashes_of(world, 5), at_rest);
-    world.restore(woken);
-    EXPECT_EQ(hashes_of(world, 40), after_blow);
+    expect_again(world, woken, after_blow);
   });
 }
 
@@ -241,8 +246,7 @@ TEST(Snapshots, EveryKindOfSceneGoesBack) {
       const Snapshot snapshot = world.save();
       const Hashes hashes = hashes_of(world, 6);
       world.step(9);
-      world.restore(snapshot);
-      EXPECT_EQ(hashes_of(world, 6), hashes);
+      expect_again(world, snapshot, hashes);
     }
   }
 }
@@ -262,8 +266,7 @@ TEST(Snapshots, JointsSolvedDirectlyAndOtherSolversGoBack) {
         world.step(10);
         const Snapshot snapshot = world.save();
         const Hashes hashes = hashes_of(world, 5);
-        world.restore(snapshot);
-        EXPECT_EQ(hashes_of(world, 5), hashes);
+        expect_again(world, snapshot, hashes);
       }
     }
   }
@@ -307,10 +310,8 @@ TEST(Snapshots, ListsMayHaveBecomeLongerSince) {
     ASSERT_GT(world.contacts().size(), 200u);
     const Snapshot together = world.save();
     const Hashes after = hashes_of(world, 5);
-    world.restore(separated);
-    EXPECT_EQ(hashes_of(world, 80), hashes);
-    world.restore(together);
-    EXPECT_EQ(hashes_of(world, 5), after);
+    expect_again(world, separated, hashes);
+    expect_again(world, together, after);
   });
 }
 

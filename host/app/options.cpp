@@ -23,10 +23,12 @@ const CLI::Validator positive(
 
 namespace {
 
-// What stands behind the name of an option in --help: the names that it takes, or bounds and unit.
+// What stands behind the name of an option in --help: the names that it takes, or bounds and unit. What has neither is
+// true or false.
 std::string value_text(const SettingInfo& row) {
   if (row.bounds.kind == Bounds::Kind::name) return fmt::format("{}", fmt::join(names_of(row), "|"));
   const std::string bounds = row.bounds.text(), unit = row.unit;
+  if (bounds.empty() && unit.empty()) return "true|false";
   return "[" + bounds + (bounds.empty() || unit.empty() ? "" : ", ") + unit + "]";
 }
 

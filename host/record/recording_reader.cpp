@@ -110,6 +110,7 @@ void RecordingReader::read_head() {
   label_.options = h5::read_text_attribute(file_, "options");
   label_.source = h5::read_text_attribute(file_, "source");
   if (h5::has_attribute(file_, "dt")) label_.dt = h5::read_attribute<double>(file_, "dt");
+  if (!(label_.dt >= 0 && std::isfinite(label_.dt))) throw h5::Failed("its dt makes no sense");
   label_.scene_text = h5::read_text(file_, "scene_text");
   outcome_ = h5::read_text_attribute(file_, "outcome");
   oracle_ = read_oracle(h5::open_group(file_, "compiled_scene"));
