@@ -214,14 +214,14 @@ void Simulation<real>::make_step() {
 template <class real>
 SavedSimulation Simulation<real>::save() {
   expect_not_failed();
-  // what inputs change, though no step does, and what contacts() and events() of the last step are told from
-  constexpr Buffer further[] = {Buffer::loads,    Buffer::joints,         Buffer::counters,
-                                Buffer::contacts, Buffer::contact_points, Buffer::events};
+  // what contacts() and events() of the last step are told from
+  constexpr Buffer last_step[] = {Buffer::counters, Buffer::contacts, Buffer::contact_points, Buffer::events};
   std::vector<Buffer> wanted;
   for (u32 i = 0; i < buffer_count; ++i) {
     const auto buffer = static_cast<Buffer>(i);
-    const bool counts =
-        info(buffer).lifetime == Lifetime::persistent || std::ranges::find(further, buffer) != std::end(further);
+    const bool counts = info(buffer).lifetime == Lifetime::persistent ||
+                        std::ranges::find(driven_buffers, buffer) != std::end(driven_buffers) ||
+                        std::ranges::find(last_step, buffer) != std::end(last_step);
     if (counts && has(backend_->features(), info(buffer).feature)) wanted.push_back(buffer);
   }
   return {backend_->save(wanted),

@@ -38,6 +38,9 @@ struct VolumeQuery {
   u32 world = 0;
 };
 
+/// What inputs change, though no step does.
+inline constexpr Buffer driven_buffers[] = {Buffer::loads, Buffer::joints, Buffer::gravities};
+
 /// What a simulation was, for Simulation::restore().
 struct SavedSimulation {
   std::unique_ptr<SavedBuffers> buffers;

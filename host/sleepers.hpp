@@ -24,6 +24,16 @@ inline bool wake_island_of(std::vector<Sleeper>& sleepers, u32 body) {
   return true;
 }
 
+/// The same of all of them.
+inline bool wake_all(std::vector<Sleeper>& sleepers) {
+  bool any = false;
+  for (Sleeper& sleeper : sleepers) {
+    any = any || is_asleep(sleeper) || sleeper.still != 0;
+    sleeper = {0, is_asleep(sleeper) ? ISLAND_WAKES : sleeper.island};
+  }
+  return any;
+}
+
 /// Where islands sleep the order of colours has this many ranks (kernels/color_contacts.cl).
 constexpr u32 max_color_ranks = (1u << 26) - 2;
 

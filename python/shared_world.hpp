@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <utility>
+#include <variant>
 
+#include "host/scene/categories.hpp"
 #include "host/scene/read.hpp"
 #include "python/bindings.hpp"
 
@@ -16,6 +18,9 @@ inline void warn(const std::string& source, const std::vector<std::string>& line
   for (const std::string& line : lines)
     if (PyErr_WarnEx(category, (source + ": " + line).c_str(), 1) != 0) throw py::error_already_set();
 }
+
+/// Of a question, as Python gives it.
+using Mask = std::variant<u32, std::string, std::vector<std::string>>;
 
 class SharedWorld {
  public:
@@ -55,6 +60,27 @@ class SharedWorld {
 
   BodyHandle add_body(const std::string& text) { return use().add(described(text)); }
 
+  /// One whose name is left out keeps it.
+  void change_body(BodyHandle body, const std::string& text) {
+    World& world = use();
+    BodyDescription description = described(text);
+    if (description.name.empty()) description.name = world.description(body).name;
+    world.change(body, description);
+  }
+  void change_joint(JointHandle joint, const std::string& text) {
+    World& world = use();
+    JointDescription description = parse_joint_change(text, "joint", world.description(joint));
+    if (description.name.empty()) description.name = world.description(joint).name;
+    world.change(joint, description);
+  }
+
+  /// Bits of categories, or their names.
+  u32 mask_of(const Mask& mask) const {
+    if (const u32* bits = std::get_if<u32>(&mask)) return *bits;
+    if (const std::string* name = std::get_if<std::string>(&mask)) return category_mask(words_.categories, {*name});
+    return category_mask(words_.categories, std::get<std::vector<std::string>>(mask));
+  }
+
   void warm_up(bool forces, bool questions, const py::list& bodies) {
     Expected expected = {forces, questions, {}};
     for (const py::handle& body : bodies)
@@ -91,5 +117,6 @@ using WorldClass = py::class_<SharedWorld>;
 /// Each adds its part of the class.
 void add_questions(WorldClass& world);
 void add_actions(WorldClass& world);
+void add_changes(WorldClass& world);
 
 }  // namespace lockstep::python

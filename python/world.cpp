@@ -234,6 +234,7 @@ void add_world(py::module_& module) {
   add_time(world);
   add_questions(world);
   add_actions(world);
+  add_changes(world);
 }
 
 }  // namespace lockstep::python

@@ -104,36 +104,42 @@ void add_questions(WorldClass& world) {
           "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a trigger.")
       .def(
           "cast_ray",
-          [](SharedWorld& shared, const Vector3& origin, const Vector3& direction, double length, u32 mask) {
-            return shared.use().cast_ray(origin, direction, length, mask);
+          [](SharedWorld& shared, const Vector3& origin, const Vector3& direction, double length, const Mask& mask) {
+            return shared.use().cast_ray(origin, direction, length, shared.mask_of(mask));
           },
-          py::arg("origin"), py::arg("direction"), py::arg("length") = 1e6, py::arg("mask") = 0xffffffffu,
-          "What a ray meets first within `length`, m: a Hit, or None. The direction need not be unit; `mask` is of\n"
-          "categories of shapes.")
+          py::arg("origin"), py::arg("direction"), py::arg("length") = 1e6, py::arg("mask") = Mask(0xffffffffu),
+          "What a ray meets first within `length`, m: a Hit, or None. The direction need not be unit. `mask` is of\n"
+          "categories of shapes: a name, a list of names, or their bits (category_mask).")
+      .def(
+          "category_mask",
+          [](SharedWorld& shared, const std::vector<std::string>& names) { return shared.mask_of(names); },
+          py::arg("names"),
+          "The bits of categories of shapes by their names. The lowest is that of 'default', and others follow in the\n"
+          "order in which the scene names them first.")
       .def(
           "cast_rays",
-          [](SharedWorld& shared, const Vectors& origins, const Vectors& directions, double length, u32 mask) {
-            const auto hits = shared.use().cast_rays(rays_of(origins, directions, length, mask));
+          [](SharedWorld& shared, const Vectors& origins, const Vectors& directions, double length, const Mask& mask) {
+            const auto hits = shared.use().cast_rays(rays_of(origins, directions, length, shared.mask_of(mask)));
             return to_array(std::span<const std::optional<BodyHit>>(hits));
           },
-          py::arg("origins"), py::arg("directions"), py::arg("length") = 1e6, py::arg("mask") = 0xffffffffu,
+          py::arg("origins"), py::arg("directions"), py::arg("length") = 1e6, py::arg("mask") = Mask(0xffffffffu),
           "The same for many rays in one launch, arrays of shape (n, 3): an array of n records with the fields hit,\n"
           "body (its id), shape, distance, m (inf where nothing is hit), point (3,) and normal (3,).")
       .def(
           "overlapping_sphere",
-          [](SharedWorld& shared, const Vector3& center, double radius, u32 mask) {
-            return list_of(shared.use().overlapping_sphere(center, radius, mask));
+          [](SharedWorld& shared, const Vector3& center, double radius, const Mask& mask) {
+            return list_of(shared.use().overlapping_sphere(center, radius, shared.mask_of(mask)));
           },
-          py::arg("center"), py::arg("radius"), py::arg("mask") = 0xffffffffu,
+          py::arg("center"), py::arg("radius"), py::arg("mask") = Mask(0xffffffffu),
           "Bodies with a shape that overlaps a sphere, oldest first; m. Triggers are not met.")
       .def(
           "overlapping_box",
           [](SharedWorld& shared, const Vector3& position, const Vector3& half_extents, const Quaternion& orientation,
-             u32 mask) {
-            return list_of(shared.use().overlapping_box({position, orientation}, half_extents, mask));
+             const Mask& mask) {
+            return list_of(shared.use().overlapping_box({position, orientation}, half_extents, shared.mask_of(mask)));
           },
           py::arg("position"), py::arg("half_extents"), py::arg("orientation") = Quaternion{0, 0, 0, 1},
-          py::arg("mask") = 0xffffffffu, "Bodies with a shape that overlaps a box, oldest first; m, x y z w.");
+          py::arg("mask") = Mask(0xffffffffu), "Bodies with a shape that overlaps a box, oldest first; m, x y z w.");
 }
 
 }  // namespace lockstep::python

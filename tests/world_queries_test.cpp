@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/scene/read.hpp"
 #include "tests/library_worlds.hpp"
 
 namespace lockstep::world_queries_test {
@@ -166,6 +167,37 @@ TEST(World, NamesTheShapesOfCompounds) {
   EXPECT_EQ(hits[3]->shape, 1u);
   EXPECT_EQ(hits[3]->body, body);
   EXPECT_TRUE(world.cast_rays({}).empty());
+}
+
+// Bits follow the order in which the file names categories first, whether a shape is of them or meets them.
+TEST(World, NamesCategoriesInMasks) {
+  World world(parse_scene(R"({"bodies": [
+    {"name": "wall", "type": "static", "position": [1, 0, 0], "shapes": [
+      {"type": "sphere", "radius": 0.1, "category": "walls", "collides_with": ["doors"]}]},
+    {"name": "door", "type": "static", "position": [2, 0, 0], "shapes": [
+      {"type": "sphere", "radius": 0.1, "category": "doors"}]},
+    {"name": "ball", "mass": 1, "position": [3, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}]})",
+                          "x.json"),
+              in_double());
+  EXPECT_EQ(world.category_mask({"default"}), 1u);
+  EXPECT_EQ(world.category_mask({"walls"}), 2u);
+  EXPECT_EQ(world.category_mask({"doors", "default"}), 5u);
+  EXPECT_EQ(world.category_mask({}), 0u);
+  const auto met = [&](const std::vector<std::string>& names) {
+    const std::optional<BodyHit> hit = world.cast_ray({0, 0, 0}, {1, 0, 0}, 9, world.category_mask(names));
+    return hit ? world.description(hit->body).name : "nothing";
+  };
+  EXPECT_EQ(met({"walls"}), "wall");
+  EXPECT_EQ(met({"default", "doors"}), "door");
+  EXPECT_EQ(met({"default"}), "ball");
+  EXPECT_EQ(met({}), "nothing");
+  EXPECT_EQ(world.overlapping_sphere({0, 0, 0}, 9, world.category_mask({"doors"})), std::vector{*world.find("door")});
+  EXPECT_EQ(refusal([&] {
+              world.category_mask({"walls", "door"});
+            }),
+            "mask: unknown category \"door\"; did you mean \"doors\"?");
+  EXPECT_EQ(refusal([&] { World(empty_scene(), in_double()).category_mask({"walls"}); }),
+            "mask: unknown category \"walls\"; known: default");
 }
 
 TEST(World, TellsWhoIsInAVolume) {

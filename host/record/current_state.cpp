@@ -14,8 +14,7 @@ InitialState<real> current_state(const InitialState<real>& start, Simulation<rea
   state.params = simulation.params();
   resize(state.buffers, state.sizes, state.features);
   std::vector<Buffer> wanted = persistent_buffers(state.features);
-  // what inputs change, though no step does
-  for (const Buffer buffer : {Buffer::loads, Buffer::joints})
+  for (const Buffer buffer : driven_buffers)
     if (has(state.features, info(buffer).feature)) wanted.push_back(buffer);
   const Buffers<real>& current = backend.download(wanted);
 #define BUFFER(name, ...) \

@@ -13,7 +13,7 @@ void store(const double from[3], real to[3]) {
   for (unsigned k = 0; k < 3; ++k) to[k] = static_cast<real>(from[k]);
 }
 
-// Whoever is acted on wakes.
+// Whoever is acted on wakes; gravity acts on all.
 template <class real>
 void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   if (inputs.empty() || !has(backend.features(), Feature::sleeping)) return;
@@ -23,7 +23,9 @@ void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   woken.sleepers = current.sleepers;
   bool any = false;
   for (const InputRow& row : inputs) {
-    if (row.kind == InputKind::motor) {
+    if (row.kind == InputKind::gravity) {
+      any = wake_all(woken.sleepers) || any;
+    } else if (row.kind == InputKind::motor) {
       const JointInfo& joint = current.joint_infos[row.body];
       for (const u32 body : {joint.body_a, joint.body_b}) any = wake_island_of(woken.sleepers, body) || any;
     } else {
@@ -40,6 +42,7 @@ Buffers<real> driven_by_inputs(const Buffers<real>& state) {
   Buffers<real> driven;
   driven.loads = state.loads;
   driven.joints = state.joints;
+  driven.gravities = state.gravities;
   return driven;
 }
 
@@ -64,12 +67,19 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
         driven.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
         driven.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
         break;
+      case InputKind::gravity: {
+        Vec4<real>& pulls = driven.gravities[row.body];
+        pulls = {static_cast<real>(row.linear[0]), static_cast<real>(row.linear[1]), static_cast<real>(row.linear[2]),
+                 pulls.w};
+        break;
+      }
       case InputKind::restore: break;  // of the whole state, by who has it
     }
   }
   if (any(InputKind::velocity)) backend.upload(Buffer::motions, moving);
   if (any(InputKind::load)) backend.upload(Buffer::loads, driven);
   if (any(InputKind::motor)) backend.upload(Buffer::joints, driven);
+  if (any(InputKind::gravity)) backend.upload(Buffer::gravities, driven);
 }
 
 template Buffers<float> driven_by_inputs(const Buffers<float>&);

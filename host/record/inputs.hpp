@@ -7,12 +7,12 @@
 
 namespace lockstep {
 
-/// Of a state, what inputs change and steps do not: `loads`, empty in a scene without them, and `joints`.
+/// Of a state, its driven_buffers.
 template <class real>
 Buffers<real> driven_by_inputs(const Buffers<real>& state);
 
-/// Does it, before a step: overwrites velocities, lets loads act and drives motors otherwise; restores are none of it.
-/// `held` is the caller's copy of what the backend holds of these, and is kept up.
+/// Does it, before a step: overwrites velocities, lets loads act, drives motors and pulls otherwise; restores are none
+/// of it. `held` is the caller's copy of what the backend holds of these, and is kept up.
 template <class real>
 void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven);
 

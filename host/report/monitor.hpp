@@ -27,6 +27,8 @@ class Monitor {
   /// Somebody acts on bodies or motors between steps: the energy that there is then is what they begin with. `power` is
   /// that of the motors, as in EnergyBudget.
   void restart(double power);
+  /// What nobody sees from now on, as in EnergyBudget.
+  void set_negligible(double joules) { budget_.negligible = joules; }
   /// From now on energy comes from where nobody counts it. Particles stay what it is not judged for.
   void add_source(EnergySource source) {
     if (verdict_.energy_source != EnergySource::particles) verdict_.energy_source = source;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "host/scene/surface.hpp"
 
@@ -10,17 +11,16 @@ namespace lockstep {
 EventGroups::EventGroups(std::span<const Scene> worlds) {
   const EventPairs pairs = worlds.empty() ? EventPairs::shapes : worlds[0].settings.event_pairs;
   const bool of_triangles = pairs == EventPairs::triangles;
-  u32 body_index = 0, first = 0;
+  u32 first = 0;
   for (u32 world = 0; world < worlds.size(); ++world) {
     first_shapes_.push_back(first);
-    for (u32 body = 0; body < worlds[world].bodies.size(); ++body, ++body_index) {
+    for (u32 body = 0; body < worlds[world].bodies.size(); ++body) {
       const std::vector<ShapeDescription>& shapes = worlds[world].bodies[body].shapes;
       const u32 first_of_body = first;
       for (u32 shape = 0; shape < shapes.size(); ++shape) {
         const bool has_triangles = of_triangles && shapes[shape].kind == SHAPE_FACET;
         const u32 group = pairs == EventPairs::bodies ? first_of_body : first;
-        members_.push_back(
-            {first, group, world, body_index, shapes[shape].trigger, {body, shape, has_triangles ? 0 : NONE}});
+        members_.push_back({first, group, world, shapes[shape].trigger, {body, shape, has_triangles ? 0 : NONE}});
         const u32 count = static_cast<u32>(simulated_shapes(shapes[shape]));
         merges_ = merges_ || (!of_triangles && (count > 1 || group != first));
         first += count;
@@ -85,11 +85,14 @@ std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::sp
 }
 
 std::vector<PairEvent> EventGroups::ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const {
+  std::set<Key> known;
+  for (std::size_t i = 0; i < touching.size(); ++i)
+    if (!is_gone[i]) known.insert(key(touching[i].shape_a, touching[i].shape_b));
   std::map<Key, PairEvent> ends;
   for (const Pair& pair : touching) {
+    if (known.contains(key(pair.shape_a, pair.shape_b))) continue;
     Member a = member(pair.shape_a), b = member(pair.shape_b);
     if (b.trigger) std::swap(a, b);
-    if (!is_gone[a.body_index] && !is_gone[b.body_index]) continue;
     const EventKind kind = a.trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END;
     ends.insert({key(pair.shape_a, pair.shape_b), {kind, 0, a.world, a.side, b.side}});
   }

@@ -37,7 +37,8 @@ class EventGroups {
   /// the shapes of the first that began, or of the last that ended. `touching` is not looked at unless merges().
   std::vector<PairEvent> merge(std::span<const Event> events, std::span<const Pair> touching) const;
 
-  /// The ends of all pairs that touch and have a body of which `is_gone` is true, by its index.
+  /// The ends of the pairs that touch and none of whose simulated pairs goes on to be known. `is_gone` says of each of
+  /// `touching` whether it does not.
   std::vector<PairEvent> ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const;
 
  private:
@@ -46,7 +47,6 @@ class EventGroups {
     u32 first;
     u32 group;  // equal where events do not tell two apart
     u32 world;
-    u32 body_index;  // in the batch
     bool trigger;
     EventSide side;
   };

@@ -10,6 +10,7 @@
 #include "host/embedded.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
+#include "host/scene/joint_kinds.hpp"
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
@@ -204,13 +205,37 @@ BodyDescription parse_body(const std::string& text, const std::string& source, S
   return body;
 }
 
-JointDescription parse_joint(const std::string& text, const std::string& source) {
-  nlohmann::json document = parse_json(text, source);
+namespace {
+
+JointDescription read_joint_without_bodies(nlohmann::json document, const std::string& source) {
   const JsonNode root(document, source);
   if (!root.is_object()) root.must_be("an object");
   if (root.has("bodies")) root.at("bodies").fail("is left out here: the bodies are given beside the joint");
   document["bodies"] = {"a", "b"};
   return read_joint(root, false).joint;
+}
+
+}  // namespace
+
+JointDescription parse_joint(const std::string& text, const std::string& source) {
+  return read_joint_without_bodies(parse_json(text, source), source);
+}
+
+JointDescription parse_joint_change(const std::string& text, const std::string& source, const JointDescription& joint) {
+  nlohmann::json document = parse_json(text, source);
+  if (document.is_object()) {
+    for (const char* key : {"anchor", "anchors", "axis", "axes", "pitch", "radius"}) document.erase(key);
+    document["type"] = name_of(joint.kind);
+    if (has_key(joint.kind, JOINT_HAS_ANCHORS))
+      document["anchors"] = {joint.anchor_a, joint.anchor_b};
+    else
+      document["anchor"] = joint.anchor_a;
+    if (has_key(joint.kind, JOINT_HAS_AXES)) document["axes"] = {joint.axis, joint.second_axis};
+    if (has_key(joint.kind, JOINT_HAS_AXIS)) document["axis"] = joint.axis;
+    if (has_key(joint.kind, JOINT_HAS_PITCH)) document["pitch"] = joint.pitch;
+    if (has_key(joint.kind, JOINT_HAS_RADIUS)) document["radius"] = joint.radius;
+  }
+  return read_joint_without_bodies(std::move(document), source);
 }
 
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source) {

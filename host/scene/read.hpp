@@ -27,6 +27,10 @@ BodyDescription parse_body(const std::string& text, const std::string& source, S
 /// The same of a joint, but for the key "bodies", which it must not have: the caller knows them.
 JointDescription parse_joint(const std::string& text, const std::string& source);
 
+/// The same of a joint that is described anew: its kind, anchors, axes, pitch and radius are those of `joint`, whatever
+/// the text says.
+JointDescription parse_joint_change(const std::string& text, const std::string& source, const JointDescription& joint);
+
 struct SceneListing {
   std::string name, description;
 };

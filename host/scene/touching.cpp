@@ -7,14 +7,6 @@ namespace lockstep {
 
 namespace {
 
-// Shapes that touch alike. Scenes have few such classes, however many shapes they have.
-struct ShapeClass {
-  u32 category, mask;
-  bool plane, dynamic, trigger;
-
-  auto operator<=>(const ShapeClass&) const = default;
-};
-
 struct Members {
   const BodyDescription* body;  // the first body with such a shape
   bool several = false;         // another body has one too
@@ -23,12 +15,12 @@ struct Members {
 // A trigger feels the solid shapes of dynamic bodies.
 bool feels(const ShapeClass& a, const ShapeClass& b) { return !a.trigger || (b.dynamic && !b.trigger); }
 
-bool agree(const ShapeClass& a, const ShapeClass& b) {
+}  // namespace
+
+bool can_touch(const ShapeClass& a, const ShapeClass& b) {
   if (!feels(a, b) || !feels(b, a)) return false;
   return (a.category & b.mask) != 0 && (b.category & a.mask) != 0 && (a.dynamic || b.dynamic) && !(a.plane && b.plane);
 }
-
-}  // namespace
 
 bool shapes_can_touch(const Scene& scene) {
   std::map<ShapeClass, Members> classes;
@@ -43,7 +35,7 @@ bool shapes_can_touch(const Scene& scene) {
   for (const auto& [a, in_a] : classes) {
     for (const auto& [b, in_b] : classes) {
       const bool two_bodies = in_a.several || in_b.several || in_a.body != in_b.body;
-      if (two_bodies && agree(a, b)) return true;
+      if (two_bodies && can_touch(a, b)) return true;
     }
   }
   return false;

@@ -52,7 +52,7 @@ class EngineOf final : public Engine {
     if (before) {
       Backend<real>& backend = before->simulation_->backend();
       const std::vector<Buffer> wanted = persistent_buffers(backend.features());
-      migrate_state(before->constants_, backend.download(wanted), index_map.bodies, index_map.joints, constants_);
+      migrate_state(before->constants_, backend.download(wanted), index_map, constants_);
     }
     DeviceOptions device_options;
     device_options.threads = options.threads;
@@ -117,11 +117,11 @@ class EngineOf final : public Engine {
 
   std::vector<EngineEvent> events() override { return without_worlds(simulation_->events(groups_)); }
 
-  std::vector<EngineEvent> ends(const IndexMap& index_map) override {
-    std::vector<bool> is_gone;
-    for (const u32 body : index_map.bodies) is_gone.push_back(body == NONE);
-    if (std::ranges::find(is_gone, true) == is_gone.end()) return {};
-    return without_worlds(groups_.ends(simulation_->touching(), is_gone));
+  std::vector<EngineEvent> ends(const IndexMap& index_map, const Engine& next) override {
+    if (!has(constants_.features, Feature::events)) return {};
+    const std::vector<Pair> touching = simulation_->touching();
+    const InitialState<real>& current = static_cast<const EngineOf&>(next).constants_;
+    return without_worlds(groups_.ends(touching, pairs_gone<real>(constants_, touching, index_map, current)));
   }
 
   std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) override {
@@ -174,6 +174,12 @@ class EngineOf final : public Engine {
     act_and_record(inputs);
   }
 
+  void set_gravity(const Vector3& gravity) override {
+    const InputRow row = input(0, InputKind::gravity, gravity, {0, 0, 0});
+    const Vec4<real>& pulls = constants_.buffers.gravities[0];
+    if (row.linear[0] != pulls.x || row.linear[1] != pulls.y || row.linear[2] != pulls.z) act_and_record({row});
+  }
+
   void record(const std::string& path, const Scene& scene) override {
     end_recording();
     const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source, dt_};
@@ -204,6 +210,7 @@ class EngineOf final : public Engine {
     simulation_->restore(saved.simulation);
     constants_.buffers.loads = saved.driven.loads;
     constants_.buffers.joints = saved.driven.joints;
+    constants_.buffers.gravities = saved.driven.gravities;
     *monitor_ = *saved.monitor;
     if (!is_noted) return false;
     InputRow row = {.step = steps_done() + 1, .body = saved.position.rows, .kind = InputKind::restore};
@@ -267,11 +274,12 @@ class EngineOf final : public Engine {
     for (const InputRow& row : inputs) recording_->add(row);
   }
 
-  // What was done to bodies and motors is no gain of energy.
+  // What was done from outside is no gain of energy.
   void tell_monitor(const std::vector<InputRow>& inputs) {
     const Buffers<real>& b = constants_.buffers;
     monitor_->restart(motor_power(b.joints));
     for (const InputRow& row : inputs) {
+      if (row.kind == InputKind::gravity) monitor_->set_negligible(energy_budget(b, constants_.features).negligible);
       if (row.kind == InputKind::load) monitor_->add_source(EnergySource::loads);
       if (row.kind == InputKind::velocity && b.body_infos[row.body].kind == BODY_KINEMATIC)
         monitor_->add_source(EnergySource::kinematic_bodies);
@@ -284,7 +292,7 @@ class EngineOf final : public Engine {
     return measure(simulation_->backend(), simulation_->params(), simulation_->measured_counters());
   }
 
-  InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
+  InitialState<real> constants_;  // and the state that the simulation started from; what inputs drive is that of now
   std::unique_ptr<Simulation<real>> simulation_;
   EventGroups groups_;
   std::unique_ptr<Monitor> monitor_;

@@ -10,6 +10,7 @@
 #include "host/scene/event_groups.hpp"
 #include "host/scene/suspicions.hpp"
 #include "host/simulation.hpp"
+#include "host/world/migrate_state.hpp"
 #include "include/lockstep/world.hpp"
 
 namespace lockstep {
@@ -26,11 +27,6 @@ struct EngineHit {
   u32 body, shape;
   double distance;
   Vector3 point, normal;
-};
-
-/// Which body and joint of the new scene each of the old one has become; NONE: it is gone.
-struct IndexMap {
-  std::vector<u32> bodies, joints;
 };
 
 /// What errors call a body or joint, by its place in the scene.
@@ -67,8 +63,8 @@ class Engine {
   virtual std::vector<bool> asleep() = 0;
   virtual std::vector<EngineContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
-  /// Of the touches that end because a body of theirs goes, or is another in the new scene.
-  virtual std::vector<EngineEvent> ends(const IndexMap& index_map) = 0;
+  /// Of the touches that end because `next`, which was made after it, knows them no more.
+  virtual std::vector<EngineEvent> ends(const IndexMap& index_map, const Engine& next) = 0;
   virtual std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) = 0;
   /// In order, each once.
   virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;
@@ -83,6 +79,8 @@ class Engine {
   virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
   /// What drives the joints from now on: the motors of the scene's joints, which are those of the engine.
   virtual void set_motors(std::span<const JointDescription> joints) = 0;
+  /// What pulls from now on, m/s^2.
+  virtual void set_gravity(const Vector3& gravity) = 0;
   /// Records the steps from now on, with what is done to bodies (docs/recordings.md). Throws Error (device) where the
   /// file cannot be written.
   virtual void record(const std::string& path, const Scene& scene) = 0;

@@ -49,6 +49,7 @@ struct World::Impl {
   std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
   std::set<u32> arrived;                               // ids that stand still from the next step on
   bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
+  bool gravity_set = false;                            // and what pulls may be otherwise
 
   // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
   std::vector<Pose> poses;
@@ -75,13 +76,14 @@ struct World::Impl {
 
   // Nothing has become anything else.
   void reset_index_map() {
+    index_map = {};
     index_map.bodies.resize(scene.bodies.size());
     index_map.joints.resize(scene.joints.size());
     for (u32 i = 0; i < index_map.bodies.size(); ++i) index_map.bodies[i] = i;
     for (u32 j = 0; j < index_map.joints.size(); ++j) index_map.joints[j] = j;
   }
 
-  // The engine, made anew where bodies have come or gone.
+  // The engine, made anew where bodies or joints have come, gone or changed.
   Engine& ready() {
     if (changed) {
       if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
@@ -89,14 +91,16 @@ struct World::Impl {
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
-      if (engine)
-        for (const EngineEvent& event : engine->ends(index_map)) ended.push_back(named(event, made_of));
-      if (engine) verdict.add(engine->verdict());
-      if (engine) engine->end_recording();
+      const std::shared_ptr<Engine> before = engine;
       try {
-        engine = make_engine(scene, options, engine.get(), index_map);
+        engine = make_engine(scene, options, before.get(), index_map);
       } catch (const ItemError& error) {
         throw error.named(namer()(error.item(), error.id()));
+      }
+      if (before) {
+        for (const EngineEvent& event : before->ends(index_map, *engine)) ended.push_back(named(event, made_of));
+        verdict.add(before->verdict());
+        before->end_recording();
       }
       made_of = bodies.all();
       reset_index_map();
@@ -241,6 +245,11 @@ struct World::Impl {
     change();
   }
 
+  void change(u32 index, BodyDescription body);
+  void change_joint(u32 index, JointDescription joint);
+  void set_materials(std::vector<Material> materials, std::vector<MaterialPairRule> pairs,
+                     const std::array<u32, 2>& pair);
+
   std::vector<BodyHandle> bodies_in(const VolumeQuery& volume) {
     ask_for_shapes();
     std::vector<BodyHandle> found;
@@ -284,6 +293,7 @@ struct World::Impl {
     targets.clear();
     hand_over_velocities();
     if (std::exchange(motors_set, false)) current.set_motors(scene.joints);
+    if (std::exchange(gravity_set, false)) current.set_gravity(scene.gravity);
     if (!scene.settings.loads) return;
     std::map<u32, Wrench> acting;
     const double middle = (current.steps_done() + 0.5) * scene.settings.dt;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/scene/step_params.hpp"
+#include "host/scene/touching.hpp"
 #include "host/sleepers.hpp"
 
 namespace lockstep {
@@ -11,29 +12,57 @@ namespace {
 
 constexpr u32 in_blocks(u32 count) { return (count + PACK - 1) / PACK * PACK; }
 
+// Whether a shape may be the same one described otherwise.
+bool is_of_same_kind(const ShapeInfo& a, const ShapeInfo& b) {
+  const auto is_facet = [](const ShapeInfo& info) { return info.kind == SHAPE_HULL && (info.hull & HULL_IS_FACET); };
+  return a.kind == b.kind && is_facet(a) == is_facet(b) && ((a.flags ^ b.flags) & SHAPE_IS_TRIGGER) == 0;
+}
+
 // Which shape each old one has become. The shapes of a body stand together, in their order.
 template <class real>
-std::vector<u32> new_shapes(const InitialState<real>& old, std::span<const u32> new_body,
+std::vector<u32> new_shapes(const InitialState<real>& old, const IndexMap& index_map,
                             const InitialState<real>& current) {
   std::vector<u32> first(current.sizes.bodies, NONE);
   for (u32 s = current.sizes.shapes; s-- > 0;) first[current.buffers.shape_infos[s].body] = s;
   std::vector<u32> became(old.sizes.shapes, NONE);
   u32 of_body = 0;
   for (u32 s = 0; s < old.sizes.shapes; ++s) {
-    const u32 body = old.buffers.shape_infos[s].body;
+    const u32 body = old.buffers.shape_infos[s].body, is = index_map.bodies[body];
     of_body = s > 0 && old.buffers.shape_infos[s - 1].body == body ? of_body + 1 : 0;
-    if (new_body[body] != NONE && first[new_body[body]] != NONE) became[s] = first[new_body[body]] + of_body;
+    if (is == NONE || first[is] == NONE || first[is] + of_body >= current.sizes.shapes) continue;
+    const ShapeInfo& info = current.buffers.shape_infos[first[is] + of_body];
+    if (info.body == is && is_of_same_kind(old.buffers.shape_infos[s], info)) became[s] = first[is] + of_body;
   }
   return became;
 }
 
-// Of a pair that is a record's, the one it has become; false where it is gone.
-template <class Record>
-bool rename(Record& record, const std::vector<u32>& new_shape) {
-  record.shape_a = new_shape[record.shape_a];
-  record.shape_b = new_shape[record.shape_b];
-  return record.shape_a != NONE && record.shape_b != NONE;
+template <class real>
+ShapeClass class_of(const Buffers<real>& b, u32 shape) {
+  const ShapeInfo& info = b.shape_infos[shape];
+  return {info.category, info.mask, info.kind == SHAPE_PLANE, b.body_infos[info.body].kind == BODY_DYNAMIC,
+          (info.flags & SHAPE_IS_TRIGGER) != 0};
 }
+
+// Which pairs have become which.
+template <class real>
+class PairRename {
+ public:
+  PairRename(const InitialState<real>& old, const IndexMap& index_map, const InitialState<real>& current)
+      : new_shape_(new_shapes(old, index_map, current)), current_(current.buffers) {}
+
+  /// Of a pair that is a record's, the one it has become; false where it is gone.
+  template <class Record>
+  bool operator()(Record& record) const {
+    record.shape_a = new_shape_[record.shape_a];
+    record.shape_b = new_shape_[record.shape_b];
+    return record.shape_a != NONE && record.shape_b != NONE &&
+           can_touch(class_of(current_, record.shape_a), class_of(current_, record.shape_b));
+  }
+
+ private:
+  std::vector<u32> new_shape_;
+  const Buffers<real>& current_;
+};
 
 // Impulses of contacts, and their moments and places where they are kept, by pairs of shapes.
 template <class real>
@@ -46,10 +75,10 @@ struct KeptImpulses {
   // Those of pairs that are still there.
   KeptImpulses(u32 count, const std::vector<ContactKey>& from_keys, const std::vector<ContactImpulse<real>>& from,
                const std::vector<Vec4<real>>& from_moments, const std::vector<ContactPoint<real>>& from_points,
-               const std::vector<u32>& new_shape) {
+               const PairRename<real>& rename) {
     for (u32 k = 0; k < count; ++k) {
       ContactKey key = from_keys[k];
-      if (!rename(key, new_shape)) continue;
+      if (!rename(key)) continue;
       keys.push_back(key);
       impulses.push_back(from[k]);
       if (!from_moments.empty()) moments.push_back(from_moments[k]);
@@ -69,17 +98,17 @@ struct KeptImpulses {
 };
 
 template <class real>
-void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
+void migrate_contacts(const Buffers<real>& from, const PairRename<real>& rename, InitialState<real>& state) {
   const KeptImpulses<real> cached(from.cached_count[0], from.cached_keys, from.cached_impulses, from.cached_moments, {},
-                                  new_shape);
+                                  rename);
   const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
   const KeptImpulses<real> slept(sleeping ? from.slept_count[0] : 0, from.slept_keys, from.slept_impulses,
-                                 from.slept_moments, from.slept_points, new_shape);
+                                 from.slept_moments, from.slept_points, rename);
   std::vector<Pair> touching;
   const bool told = !from.touching_count.empty() && has(state.features, Feature::events);
   for (u32 k = 0; told && k < from.touching_count[0]; ++k) {
     Pair pair = from.touching[k];
-    if (rename(pair, new_shape)) touching.push_back(pair);
+    if (rename(pair)) touching.push_back(pair);
   }
   state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(std::max(cached.count(), slept.count())));
   state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(static_cast<u32>(touching.size())));
@@ -96,19 +125,22 @@ void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_sha
   std::ranges::copy(touching, to.touching.begin());
 }
 
-// Who is held by a joint that has come or gone.
+// Who is held by a joint that has come, gone or changed, or that holds a body that has.
 template <class real>
-void wake_by_joints(const InitialState<real>& old, std::span<const u32> new_body, std::span<const u32> new_joint,
-                    const InitialState<real>& current, std::vector<Sleeper>& sleepers) {
+void wake_by_joints(const InitialState<real>& old, const IndexMap& index_map, const InitialState<real>& current,
+                    std::vector<Sleeper>& sleepers) {
   std::vector<u32> old_body(current.sizes.bodies, NONE);
-  for (u32 i = 0; i < new_body.size(); ++i)
-    if (new_body[i] != NONE) old_body[new_body[i]] = i;
+  for (u32 i = 0; i < index_map.bodies.size(); ++i)
+    if (index_map.bodies[i] != NONE) old_body[index_map.bodies[i]] = i;
   std::vector<bool> had(current.sizes.joints, false);
   for (u32 j = 0; j < old.sizes.joints; ++j) {
-    if (new_joint[j] != NONE) had[new_joint[j]] = true;
-    if (new_joint[j] != NONE) continue;
-    for (const u32 body : {old.buffers.joint_infos[j].body_a, old.buffers.joint_infos[j].body_b})
-      wake_island_of(sleepers, body);
+    const JointInfo& joint = old.buffers.joint_infos[j];
+    const bool stays = index_map.joints[j] != NONE;
+    if (stays) had[index_map.joints[j]] = true;
+    if (stays && !index_map.changed_joints.contains(j) && !index_map.changed_bodies.contains(joint.body_a) &&
+        !index_map.changed_bodies.contains(joint.body_b))
+      continue;
+    for (const u32 body : {joint.body_a, joint.body_b}) wake_island_of(sleepers, body);
   }
   for (u32 j = 0; j < current.sizes.joints; ++j) {
     if (had[j]) continue;
@@ -117,36 +149,49 @@ void wake_by_joints(const InitialState<real>& old, std::span<const u32> new_body
   }
 }
 
-// Those whose support has gone or is another wake, and so do all where something that cannot move has come: what it
-// touches is known only when they look.
+// Those that have changed, and those whose support has, or is gone or another: so do all where something that cannot
+// move has come or changed, for what it touches is known only when they look.
 template <class real>
-void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
+void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, const IndexMap& index_map,
                     const InitialState<real>& current, std::vector<Sleeper>& sleepers) {
+  const auto is_other = [&](u32 body) {
+    return index_map.bodies[body] == NONE || index_map.changed_bodies.contains(body);
+  };
+  const auto meet_otherwise = [&](u32 a, u32 b) {
+    return std::ranges::any_of(index_map.changed_materials, [&](const std::array<u32, 2>& pair) {
+      const auto are = [&](u32 first, u32 second) {
+        return (pair[0] == first || pair[0] == NONE) && (pair[1] == second || pair[1] == NONE);
+      };
+      return are(a, b) || are(b, a);
+    });
+  };
   for (u32 i = 0; i < old.sizes.bodies; ++i)
-    if (new_body[i] == NONE) wake_island_of(sleepers, i);
+    if (is_other(i)) wake_island_of(sleepers, i);
   for (u32 k = 0; k < from.slept_count[0]; ++k) {
-    const u32 a = old.buffers.shape_infos[from.slept_keys[k].shape_a].body;
-    const u32 b = old.buffers.shape_infos[from.slept_keys[k].shape_b].body;
-    if (new_body[a] == NONE) wake_island_of(sleepers, b);
-    if (new_body[b] == NONE) wake_island_of(sleepers, a);
+    const ShapeInfo& a = old.buffers.shape_infos[from.slept_keys[k].shape_a];
+    const ShapeInfo& b = old.buffers.shape_infos[from.slept_keys[k].shape_b];
+    const bool otherwise = meet_otherwise(a.material, b.material);
+    if (otherwise || is_other(a.body)) wake_island_of(sleepers, b.body);
+    if (otherwise || is_other(b.body)) wake_island_of(sleepers, a.body);
   }
   std::vector<bool> had(current.sizes.bodies, false);
-  for (const u32 i : new_body)
-    if (i != NONE) had[i] = true;
+  for (u32 i = 0; i < old.sizes.bodies; ++i)
+    if (!is_other(i)) had[index_map.bodies[i]] = true;
   bool comes = false;
   for (u32 i = 0; i < current.sizes.bodies; ++i)
     comes = comes || (!had[i] && current.buffers.body_infos[i].kind != BODY_DYNAMIC);
-  for (u32 i = 0; comes && i < sleepers.size(); ++i) wake_island_of(sleepers, i);
+  if (comes) wake_all(sleepers);
 }
 
 // Islands that sleep on have the name of the body that is their first by now.
 template <class real>
-void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
-                      std::span<const u32> new_joint, InitialState<real>& state) {
+void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, const IndexMap& index_map,
+                      InitialState<real>& state) {
+  const std::vector<u32>& new_body = index_map.bodies;
   std::vector<Sleeper> sleepers = from.sleepers;
   sleepers.resize(old.sizes.bodies);
-  wake_by_bodies(old, from, new_body, state, sleepers);
-  wake_by_joints(old, new_body, new_joint, state, sleepers);
+  wake_by_bodies(old, from, index_map, state, sleepers);
+  wake_by_joints(old, index_map, state, sleepers);
   std::vector<u32> names(old.sizes.bodies, NONE);
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
     if (new_body[i] == NONE || !is_asleep(sleepers[i])) continue;
@@ -155,6 +200,7 @@ void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, 
   }
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
     if (new_body[i] == NONE) continue;
+    if (index_map.changed_bodies.contains(i) && state.buffers.body_infos[new_body[i]].kind != BODY_DYNAMIC) continue;
     Sleeper& current = state.buffers.sleepers[new_body[i]];
     current = sleepers[i];
     state.buffers.still_starts[new_body[i]] = from.still_starts[i];
@@ -164,9 +210,10 @@ void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, 
 
 // Which particle or plane each old one has become: those of a body stand together, in their order.
 template <class real>
-std::vector<u32> new_spring_ends(const InitialState<real>& old, std::span<const u32> new_body,
+std::vector<u32> new_spring_ends(const InitialState<real>& old, const IndexMap& index_map,
                                  const InitialState<real>& current) {
-  std::vector<u32> became;
+  std::vector<u32> new_body = index_map.bodies, became;
+  for (const u32 body : index_map.changed_bodies) new_body[body] = NONE;  // their particles are others
   for (u32 i = 0; i < old.sizes.particles; ++i) {
     const u32 body = old.buffers.particle_bodies[i], is = new_body[body];
     became.push_back(is == NONE ? NONE : current.buffers.body_particles[is] + (i - old.buffers.body_particles[body]));
@@ -227,32 +274,58 @@ void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, st
   }
 }
 
+// Its mass is the new one; what it makes of the inertia in the world frame each sub-step computes for itself.
+template <class real>
+Motion<real> with_velocity_of(const Motion<real>& old, u32 kind, Motion<real> motion) {
+  if (kind == BODY_STATIC) return motion;
+  std::ranges::copy(old.v, motion.v);
+  std::ranges::copy(old.w, motion.w);
+  return motion;
+}
+
 }  // namespace
 
 template <class real>
-void migrate_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
-                   std::span<const u32> new_joint, InitialState<real>& state) {
+void migrate_state(const InitialState<real>& old, const Buffers<real>& persistent, const IndexMap& index_map,
+                   InitialState<real>& state) {
   Buffers<real>& to = state.buffers;
   to.step_index = persistent.step_index;
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
-    if (new_body[i] == NONE) continue;
-    to.positions[new_body[i]] = persistent.positions[i];
-    to.orientations[new_body[i]] = persistent.orientations[i];
-    to.motions[new_body[i]] = persistent.motions[i];
+    const u32 is = index_map.bodies[i];
+    if (is == NONE) continue;
+    to.positions[is] = persistent.positions[i];
+    to.orientations[is] = persistent.orientations[i];
+    to.motions[is] = index_map.changed_bodies.contains(i)
+                         ? with_velocity_of(persistent.motions[i], to.body_infos[is].kind, to.motions[is])
+                         : persistent.motions[i];
   }
   if (has(old.features, Feature::contacts) && has(state.features, Feature::contacts))
-    migrate_contacts(persistent, new_shapes(old, new_body, state), state);
+    migrate_contacts(persistent, PairRename<real>(old, index_map, state), state);
   if (has(old.features, Feature::sleeping) && has(state.features, Feature::sleeping))
-    migrate_sleepers(old, persistent, new_body, new_joint, state);
+    migrate_sleepers(old, persistent, index_map, state);
   if (has(old.features, Feature::shear_springs) && has(state.features, Feature::shear_springs))
-    migrate_springs(persistent, new_spring_ends(old, new_body, state), state);
+    migrate_springs(persistent, new_spring_ends(old, index_map, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
-    migrate_joints(old, persistent, new_joint, state);
+    migrate_joints(old, persistent, index_map.joints, state);
 }
 
-template void migrate_state<float>(const InitialState<float>&, const Buffers<float>&, std::span<const u32>,
-                                   std::span<const u32>, InitialState<float>&);
-template void migrate_state<double>(const InitialState<double>&, const Buffers<double>&, std::span<const u32>,
-                                    std::span<const u32>, InitialState<double>&);
+template <class real>
+std::vector<bool> pairs_gone(const InitialState<real>& old, std::span<const Pair> touching, const IndexMap& index_map,
+                             const InitialState<real>& current) {
+  if (!has(current.features, Feature::events)) return std::vector<bool>(touching.size(), true);
+  const PairRename<real> rename(old, index_map, current);
+  std::vector<bool> gone;
+  for (Pair pair : touching) gone.push_back(!rename(pair));
+  return gone;
+}
+
+#define INSTANTIATE(real)                                                                                        \
+  template void migrate_state<real>(const InitialState<real>&, const Buffers<real>&, const IndexMap&,            \
+                                    InitialState<real>&);                                                        \
+  template std::vector<bool> pairs_gone<real>(const InitialState<real>&, std::span<const Pair>, const IndexMap&, \
+                                              const InitialState<real>&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
 
 }  // namespace lockstep

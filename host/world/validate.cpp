@@ -1,9 +1,29 @@
 #include "host/world/validate.hpp"
 
+#include "host/scene/friction_pairs.hpp"
+#include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/json_node.hpp"
 #include "host/scene/surface.hpp"
 
 namespace lockstep {
+
+namespace {
+
+// A material, or a rule for a pair of them.
+template <class Owner>
+void validate_values(const Owner& owner, const std::string& where) {
+  const FurtherFriction& further = owner.further;
+  for (const std::optional<double>& value :
+       {std::optional(owner.friction), further.static_friction, further.stick_speed, further.torsional_friction,
+        further.rolling_friction, further.friction_across})
+    if (value && !(*value >= 0 && std::isfinite(*value)))
+      throw Error(Failure::input, where, "must have no negative friction, and a finite one");
+  if (!(owner.restitution >= 0 && owner.restitution <= 1))
+    throw Error(Failure::input, where, "must have a restitution of 0 .. 1");
+}
+
+}  // namespace
 
 void expect_finite(const Wrench& load) {
   expect_finite(load.force, "force");
@@ -93,6 +113,13 @@ void validate(const JointDescription& joint, const Scene& scene) {
          "must have a spring with a stiffness or a damping above 0, and neither below");
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
   expect(!told || (spring.rest >= -exact::pi && spring.rest <= exact::pi), "must have a spring that rests" + there);
+}
+
+void validate_materials(const Scene& scene) {
+  for (const Material& material : scene.materials) validate_values(material, "material " + quote(material.name));
+  for (const MaterialPairRule& rule : scene.material_pairs) validate_values(rule, "material pair");
+  static_cast<void>(friction_pairs_of(scene));  // both refuse
+  static_cast<void>(impact_laws_of(scene));     // what does not go together
 }
 
 }  // namespace lockstep

@@ -24,5 +24,7 @@ void expect_unit(const Quaternion& q);
 void validate(const BodyDescription& body, const Scene& scene);
 /// Of a joint between bodies of the scene.
 void validate(const JointDescription& joint, const Scene& scene);
+/// Of the materials and rules for pairs that a scene has.
+void validate_materials(const Scene& scene);
 
 }  // namespace lockstep

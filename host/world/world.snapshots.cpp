@@ -24,7 +24,8 @@ struct Snapshot::Data {
   std::map<u32, Wrench> forces;
   std::map<u32, Pose> targets;
   std::set<u32> arrived;
-  bool motors_set = false;
+  bool motors_set = false, gravity_set = false;
+  Vector3 gravity;
 
   std::vector<BodyContact> contacts;
   std::vector<BodyEvent> events;
@@ -62,6 +63,8 @@ std::shared_ptr<Snapshot::Data> World::Impl::save() {
   saved->targets = targets;
   saved->arrived = arrived;
   saved->motors_set = motors_set;
+  saved->gravity_set = gravity_set;
+  saved->gravity = scene.gravity;
   saved->contacts = contacts;
   saved->events = events;
   saved->kept = kept;
@@ -96,6 +99,8 @@ void World::Impl::restore(const Snapshot::Data& saved) {
   targets = saved.targets;
   arrived = saved.arrived;
   motors_set = saved.motors_set;
+  gravity_set = saved.gravity_set;
+  scene.gravity = saved.gravity;
   forget_state();
   new_velocities.clear();
   ended_in_step = saved.ended_in_step;

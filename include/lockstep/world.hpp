@@ -74,7 +74,7 @@ inline constexpr EventKind EVENT_SENSOR_LEAVE [[deprecated("is called EVENT_TRIG
 struct BodyRay {
   Vector3 origin = {0, 0, 0}, direction = {1, 0, 0};  // the direction need not be unit
   double length = 1e6;                                // how far to look, m
-  u32 mask = 0xffffffffu;                             // of categories of shapes
+  u32 mask = 0xffffffffu;                             // of categories of shapes: World::category_mask()
 };
 
 /// The nearest surface on a ray.
@@ -180,6 +180,13 @@ class World {
   [[deprecated("is called teleport()")]] void place(BodyHandle body, const Pose& pose, const Twist& velocity = {}) {
     teleport(body, pose, velocity);
   }
+  /// Describes a body anew: its kind, mass and moments, shapes with their materials and filters, its name. Where it
+  /// stands and how it moves stays as it is, whatever the description says; but what is static stands still. Shapes
+  /// are known by their index: what touches one of the same kind goes on to, with the impulse that it had. Joints
+  /// and, of a dynamic body, the load stay. Takes effect, and costs, as adding a body does. Wakes its island and those
+  /// that touch it, and all of them where it is static or kinematic. Throws Error (input) for a body that makes no
+  /// sense, for one that is to come onto a pivot or off it, and for one that joints hold to nothing dynamic.
+  void change(BodyHandle body, const BodyDescription& description);
   bool contains(BodyHandle body) const;
   /// By its name in the scene; nothing where there is none.
   std::optional<BodyHandle> find(const std::string& name) const;
@@ -199,6 +206,11 @@ class World {
   /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
   /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
+  /// Describes a joint anew: limits, spring, motor or friction, how soft it is, whether its bodies collide, its name.
+  /// Its bodies, anchors and axes stay, whatever the description says, and coordinates count from where they did.
+  /// Takes effect, and costs, as adding one does, and wakes what it holds. Throws Error (input) for a joint that makes
+  /// no sense, and for another kind, pitch or radius.
+  void change(JointHandle joint, const JointDescription& description);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;
   /// By its name in the scene; nothing where there is none.
@@ -207,6 +219,25 @@ class World {
   std::span<const JointHandle> joints() const;
   const JointDescription& description(JointHandle joint) const;
   JointState state(JointHandle joint);
+
+  // ---- what else can change; with the next step
+
+  Vector3 gravity() const;  // m/s^2
+  /// Costs little, and wakes all. Throws Error (input) where it is not finite.
+  void set_gravity(const Vector3& gravity);
+  /// The materials of the scene by index; none is one that has no name.
+  std::span<const Material> materials() const;
+  /// The index of a material by its name. Throws Error (input) where there is none.
+  u32 material(const std::string& name) const;
+  /// Friction, restitution and what else it has of the material of that index; it keeps its name. Costs as adding a
+  /// body does, and wakes those that rest on it. Throws Error (input) for values that make no sense.
+  void set_material(u32 material, const Material& values);
+  /// The same of a rule for a pair of materials, the one that there is or a new one.
+  void set_material_pair(const MaterialPairRule& rule);
+  double speed_limit() const;  // m/s
+  /// Bodies that are faster end the run (docs/scene_format.md). Costs as adding a body does. Throws Error (input) where
+  /// it is not above 0.
+  void set_speed_limit(double speed);
 
   // ---- time
 
@@ -234,6 +265,9 @@ class World {
   std::span<const BodyContact> contacts();
   /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
+  /// The bits of categories of shapes, by their names in the scene, for the masks of questions. They are those of
+  /// Scene::categories, from the lowest on. Throws Error (input) for a name that is not among them.
+  u32 category_mask(const std::vector<std::string>& names) const;
   /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
   /// nothing. Refused, an Error (input), where bodies push each other by particles, or runge_kutta moves them.
   std::optional<BodyHit> cast_ray(const Vector3& origin, const Vector3& direction, double length = 1e6,
@@ -273,11 +307,11 @@ class World {
   /// (input) for a snapshot of another world or of nothing.
   void restore(const Snapshot& snapshot);
 
-  /// Records every step from now on, with what is done to bodies and motors, into a file of HDF5 that `lockstep verify`
-  /// replays on any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies and joints
-  /// throughout: after some have come or gone, and from the first force on, run.h5 goes on in run.2.h5, run.3.h5, ...
-  /// Replaces recordings of these names, and ends the one that goes on. Throws Error (input) where a file of another
-  /// kind is in the way; where the disk does not take it, step() throws Error (device).
+  /// Records every step from now on, with what is done to bodies, motors and gravity, into a file of HDF5 that
+  /// `lockstep verify` replays on any device and `lockstep render` draws (docs/recordings.md). A file is of the same
+  /// bodies and joints throughout: after some have come, gone or changed, and from the first force on, run.h5 goes on
+  /// in run.2.h5, ... Replaces recordings of these names, and ends the one that goes on. Throws Error (input) where a
+  /// file of another kind is in the way; where the disk does not take it, step() throws Error (device).
   void record(const std::string& path);
   /// Closes the recording, as the end of the world does. Throws Error (device) where that fails.
   void end_recording();
