@@ -13,11 +13,13 @@ namespace {
 struct ContactRow {
   u32 a, b, shape_a, shape_b;
   double point[3], normal[3], impulse[3];
+  std::int64_t triangle_a, triangle_b;
 };
 struct HitRow {
   bool hit;
   u32 body, shape;
   double distance, point[3], normal[3];
+  std::int64_t triangle;
 };
 
 template <std::size_t n>
@@ -48,8 +50,8 @@ void add_handle(py::module_& module, const char* name, const char* doc) {
 }  // namespace
 
 void add_records(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(ContactRow, a, b, shape_a, shape_b, point, normal, impulse);
-  PYBIND11_NUMPY_DTYPE(HitRow, hit, body, shape, distance, point, normal);
+  PYBIND11_NUMPY_DTYPE(ContactRow, a, b, shape_a, shape_b, point, normal, impulse, triangle_a, triangle_b);
+  PYBIND11_NUMPY_DTYPE(HitRow, hit, body, shape, distance, point, normal, triangle);
 
   add_handle<BodyHandle>(module, "Body",
                          "A body of a World. Good until the body is removed, and never given to another one.");
@@ -75,6 +77,7 @@ void add_records(py::module_& module) {
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")
       .def_readonly("shape", &BodyHit::shape, "By its index in the body's description.")
+      .def_readonly("triangle", &BodyHit::triangle, "Of a shape that is a surface; else None.")
       .def_readonly("distance", &BodyHit::distance, "From the origin, m.")
       .def_property_readonly(
           "point", [](const BodyHit& hit) { return to_array(hit.point); }, "Shape (3,), m.")
@@ -198,11 +201,26 @@ void add_records(py::module_& module) {
       });
 }
 
+namespace {
+
+// What an array says where there is none.
+std::int64_t number_of(const std::optional<u32>& triangle) { return triangle ? std::int64_t{*triangle} : -1; }
+
+}  // namespace
+
 py::array to_array(std::span<const BodyContact> contacts) {
   py::array_t<ContactRow> rows(static_cast<py::ssize_t>(contacts.size()));
   ContactRow* row = rows.mutable_data();
   for (const BodyContact& contact : contacts) {
-    *row = {contact.a.id, contact.b.id, contact.shape_a, contact.shape_b, {}, {}, {}};
+    *row = {contact.a.id,
+            contact.b.id,
+            contact.shape_a,
+            contact.shape_b,
+            {},
+            {},
+            {},
+            number_of(contact.triangle_a),
+            number_of(contact.triangle_b)};
     store(contact.point, row->point);
     store(contact.normal, row->normal);
     store(contact.impulse, row->impulse);
@@ -215,10 +233,11 @@ py::array to_array(std::span<const std::optional<BodyHit>> hits) {
   py::array_t<HitRow> rows(static_cast<py::ssize_t>(hits.size()));
   HitRow* row = rows.mutable_data();
   for (const std::optional<BodyHit>& hit : hits) {
-    *row = {hit.has_value(), NONE, NONE, std::numeric_limits<double>::infinity(), {}, {}};
+    *row = {hit.has_value(), NONE, NONE, std::numeric_limits<double>::infinity(), {}, {}, -1};
     if (hit) {
       row->body = hit->body.id;
       row->shape = hit->shape;
+      row->triangle = number_of(hit->triangle);
       row->distance = hit->distance;
       store(hit->point, row->point);
       store(hit->normal, row->normal);

@@ -98,7 +98,8 @@ void add_questions(WorldClass& world) {
           "fields a, b (ids of bodies), shape_a, shape_b (by\n"
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
           "and\n"
-          "impulse (3,) on a in the last sub-step, N s; world frame.")
+          "impulse (3,) on a in the last sub-step, N s; world frame; and triangle_a, triangle_b of shapes that are\n"
+          "surfaces, else -1.")
       .def(
           "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },
           "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a trigger.")
@@ -124,7 +125,9 @@ void add_questions(WorldClass& world) {
           },
           py::arg("origins"), py::arg("directions"), py::arg("length") = 1e6, py::arg("mask") = Mask(0xffffffffu),
           "The same for many rays in one launch, arrays of shape (n, 3): an array of n records with the fields hit,\n"
-          "body (its id), shape, distance, m (inf where nothing is hit), point (3,) and normal (3,).")
+          "body (its id), shape, distance, m (inf where nothing is hit), point (3,), normal (3,), and triangle of a "
+          "shape\n"
+          "that is a surface, else -1.")
       .def(
           "overlapping_sphere",
           [](SharedWorld& shared, const Vector3& center, double radius, const Mask& mask) {

@@ -89,6 +89,27 @@ TEST(EventGroups, BodiesOfSeveralShapesBeginOnceWhereAskedFor) {
   }
 }
 
+// A body of two boxes, each many particles, falls on the ground: its shapes are those of its description.
+TEST(EventGroups, ParticlesThatAreShapesAreOfTheirShapes) {
+  for (const char* pairs : {"shapes", "bodies"}) {
+    Scene scene = parse_scene(R"({"particles": {"radius": 0.1, "model": "constraints"},
+      "settings": {"events": true, "event_pairs": ")" +
+                                  std::string(pairs) + R"("}, "bodies": [
+      {"mass": 1, "position": [0, 0, 0.42], "shapes": [{"type": "box", "size": [0.8, 0.8, 0.8]}]},
+      {"mass": 1, "position": [5, 0, 0.42], "shapes": [{"type": "box", "size": [0.8, 0.8, 0.8], "offset": [-1, 0, 0]},
+                                                       {"type": "box", "size": [0.8, 0.8, 0.8], "offset": [1, 0, 0]}]},
+      {"type": "static", "shapes": [{"type": "plane"}]}]})",
+                              "x.json");
+    std::set<std::pair<u32, u32>> begun;
+    for (const PairEvent& event : events_of<double>(scene, 30)) {
+      EXPECT_EQ(event.kind, EVENT_CONTACT_BEGIN);
+      EXPECT_EQ(event.b, (EventSide{2, 0}));
+      EXPECT_TRUE(begun.insert({event.a.body, event.a.shape}).second) << "each begins once";
+    }
+    EXPECT_EQ(begun.size(), pairs == std::string("bodies") ? 2u : 3u);
+  }
+}
+
 // Off the edge of the grid: it begins once and ends once.
 TEST(EventGroups, ABallThatRollsOffAHeightFieldEndsOnce) {
   const std::vector<PairEvent> events = events_of<double>(ball_on_a_grid({"gauss_seidel", "shapes"}), 220);

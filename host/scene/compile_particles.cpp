@@ -125,6 +125,17 @@ Scene with_particles_as_shapes(const Scene& scene, bool keep) {
   return result;
 }
 
+std::vector<u32> particle_shape_counts(const Scene& scene) {
+  std::vector<u32> counts;
+  ParticleSampler sampler(*scene.particles);
+  for (const BodyDescription& body : scene.bodies) {
+    const auto& particles = particles_of(sampler, {scene, &body});
+    for (std::size_t i = 0; i < body.shapes.size(); ++i)
+      counts.push_back(static_cast<u32>(particles[i].size()) + (body.shapes[i].kind == SHAPE_PLANE ? 1 : 0));
+  }
+  return counts;
+}
+
 template void compile_particles<float>(std::span<const Scene>, InitialState<float>&);
 template void compile_particles<double>(std::span<const Scene>, InitialState<double>&);
 

@@ -22,4 +22,7 @@ void compile_particles(std::span<const Scene> worlds, InitialState<real>& state)
 /// a trigger then. Throws Error (input) where particles do not fit a shape.
 Scene with_particles_as_shapes(const Scene& scene, bool keep);
 
+/// Of each shape of each body, in order, how many stand in its place there, none of them kept.
+std::vector<u32> particle_shape_counts(const Scene& scene);
+
 }  // namespace lockstep

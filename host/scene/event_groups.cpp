@@ -4,44 +4,41 @@
 #include <map>
 #include <set>
 
-#include "host/scene/surface.hpp"
-
 namespace lockstep {
 
-EventGroups::EventGroups(std::span<const Scene> worlds) {
+EventGroups::EventGroups(std::span<const Scene> worlds) : shapes_(worlds) {
   const EventPairs pairs = worlds.empty() ? EventPairs::shapes : worlds[0].settings.event_pairs;
   const bool of_triangles = pairs == EventPairs::triangles;
-  u32 first = 0;
-  for (u32 world = 0; world < worlds.size(); ++world) {
-    first_shapes_.push_back(first);
-    for (u32 body = 0; body < worlds[world].bodies.size(); ++body) {
-      const std::vector<ShapeDescription>& shapes = worlds[world].bodies[body].shapes;
-      const u32 first_of_body = first;
-      for (u32 shape = 0; shape < shapes.size(); ++shape) {
-        const bool has_triangles = of_triangles && shapes[shape].kind == SHAPE_FACET;
-        const u32 group = pairs == EventPairs::bodies ? first_of_body : first;
-        members_.push_back({first, group, world, shapes[shape].trigger, {body, shape, has_triangles ? 0 : NONE}});
-        const u32 count = static_cast<u32>(simulated_shapes(shapes[shape]));
-        merges_ = merges_ || (!of_triangles && (count > 1 || group != first));
-        first += count;
+  for (const Scene& scene : worlds) {
+    for (const BodyDescription& body : scene.bodies) {
+      const u32 first_of_body = static_cast<u32>(groups_.size());
+      for (const ShapeDescription& shape : body.shapes) {
+        const u32 description = static_cast<u32>(groups_.size());
+        const u32 first = shapes_.first_of(pairs == EventPairs::bodies ? first_of_body : description);
+        groups_.push_back({first, shape.trigger, of_triangles && shape.kind == SHAPE_FACET});
       }
     }
   }
+  for (u32 description = 0; description < groups_.size(); ++description)
+    merges_ = merges_ || groups_[description].group != shapes_.first_of(description) ||
+              (shapes_.count_of(description) > 1 && !groups_[description].has_triangles);
 }
 
 EventGroups::Member EventGroups::member(u32 shape) const {
-  Member found = *std::prev(std::ranges::upper_bound(members_, shape, {}, &Member::first));
-  if (found.side.triangle == NONE) return found;
-  found.side.triangle = shape - found.first;
-  found.group = shape;
-  return found;
+  const u32 description = shapes_.description_of(shape);
+  Member member = {groups_[description], shapes_.world_of(description), shapes_[shape]};
+  if (member.of.has_triangles)
+    member.of.group = shape;
+  else
+    member.side.triangle = NONE;
+  return member;
 }
 
 // Planes come last in pairs, whatever their index: the order of the two sides says nothing.
 EventGroups::Key EventGroups::key(u32 shape_a, u32 shape_b) const {
   const Member a = member(shape_a), b = member(shape_b);
-  const u32 trigger = a.trigger ? a.group : b.trigger ? b.group : NONE;
-  return {std::min(a.group, b.group), std::max(a.group, b.group), trigger};
+  const u32 trigger = a.of.trigger ? a.of.group : b.of.trigger ? b.of.group : NONE;
+  return {std::min(a.of.group, b.of.group), std::max(a.of.group, b.of.group), trigger};
 }
 
 std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::span<const Pair> touching) const {
@@ -53,7 +50,7 @@ std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::sp
   const auto begins = [](const Event& event) {
     return event.kind == EVENT_CONTACT_BEGIN || event.kind == EVENT_TRIGGER_ENTER;
   };
-  const auto index = [&](u32 world, u32 shape) { return first_shapes_[world] + shape; };
+  const auto index = [&](u32 world, u32 shape) { return shapes_.first_of_world(world) + shape; };
   const auto key_of = [&](const Event& event) {
     return key(index(event.world, event.shape_a), index(event.world, event.shape_b));
   };
@@ -92,8 +89,8 @@ std::vector<PairEvent> EventGroups::ends(std::span<const Pair> touching, const s
   for (const Pair& pair : touching) {
     if (known.contains(key(pair.shape_a, pair.shape_b))) continue;
     Member a = member(pair.shape_a), b = member(pair.shape_b);
-    if (b.trigger) std::swap(a, b);
-    const EventKind kind = a.trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END;
+    if (b.of.trigger) std::swap(a, b);
+    const EventKind kind = a.of.trigger ? EVENT_TRIGGER_LEAVE : EVENT_CONTACT_END;
     ends.insert({key(pair.shape_a, pair.shape_b), {kind, 0, a.world, a.side, b.side}});
   }
   std::vector<PairEvent> all;

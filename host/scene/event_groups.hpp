@@ -5,16 +5,12 @@
 #include <span>
 #include <tuple>
 
-#include "host/scene/scene.hpp"
+#include "host/scene/described_shapes.hpp"
 
 namespace lockstep {
 
-/// A side of an event. `shape` is an index into BodyDescription::shapes.
-struct EventSide {
-  u32 body, shape;
-  u32 triangle = NONE;  // of a surface, where events are of triangles
-  bool operator==(const EventSide&) const = default;
-};
+/// A side of an event; `triangle` where events are of triangles.
+using EventSide = DescribedShape;
 
 /// Two shapes, bodies or triangles of a world began or ceased to touch; `a` is the trigger, if there is one.
 struct PairEvent {
@@ -42,12 +38,15 @@ class EventGroups {
   std::vector<PairEvent> ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const;
 
  private:
-  // A shape of a description, which is simulated as those from `first` on.
-  struct Member {
-    u32 first;
+  // What events know of a description, or of a triangle of one.
+  struct Group {
     u32 group;  // equal where events do not tell two apart
-    u32 world;
     bool trigger;
+    bool has_triangles;
+  };
+  struct Member {
+    Group of;
+    u32 world;
     EventSide side;
   };
   using Key = std::tuple<u32, u32, u32>;  // both groups, and that of the trigger or NONE
@@ -56,8 +55,8 @@ class EventGroups {
   Member member(u32 shape) const;
   Key key(u32 shape_a, u32 shape_b) const;
 
-  std::vector<Member> members_;
-  std::vector<u32> first_shapes_;  // of each world
+  DescribedShapes shapes_;
+  std::vector<Group> groups_;  // of each description
   bool merges_ = false;
 };
 

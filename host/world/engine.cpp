@@ -57,6 +57,7 @@ class EngineOf final : public Engine {
     DeviceOptions device_options;
     device_options.threads = options.threads;
     if (!options.quiet) device_options.tell_building = tell_on_terminal;
+    if (has(constants_.features, Feature::contacts)) described_ = DescribedShapes({&scene, 1});
     if (has(constants_.features, Feature::events)) groups_ = EventGroups({&scene, 1});
     Stepper<real> stepper = make_stepper(constants_, target_of(options.device, device_options, constants_.oracle));
     canary_ = std::move(stepper.canary);
@@ -128,7 +129,7 @@ class EngineOf final : public Engine {
     std::vector<std::optional<EngineHit>> hits;
     for (const RayHit& hit : simulation_->cast_rays(rays)) {
       hits.emplace_back();
-      if (hit.hit) hits.back() = {hit.body, hit.shape - first_shape(hit.body), hit.distance, hit.point, hit.normal};
+      if (hit.hit) hits.back() = {described_[hit.shape], hit.distance, hit.point, hit.normal};
     }
     return hits;
   }
@@ -251,12 +252,6 @@ class EngineOf final : public Engine {
     return all;
   }
 
-  // The shapes of a body stand together, in the order of its description.
-  u32 first_shape(u32 body) const {
-    return static_cast<u32>(std::ranges::lower_bound(constants_.buffers.shape_infos, body, {}, &ShapeInfo::body) -
-                            constants_.buffers.shape_infos.begin());
-  }
-
   InputRow input(u32 body, InputKind kind, const Vector3& linear, const Vector3& angular) const {
     InputRow row = {.step = simulation_->steps_done() + 1, .body = body, .kind = kind};
     for (unsigned k = 0; k < 3; ++k) {
@@ -294,6 +289,7 @@ class EngineOf final : public Engine {
 
   InitialState<real> constants_;  // and the state that the simulation started from; what inputs drive is that of now
   std::unique_ptr<Simulation<real>> simulation_;
+  DescribedShapes described_;
   EventGroups groups_;
   std::unique_ptr<Monitor> monitor_;
   std::function<CanaryVerdict()> canary_;  // of the device that computes
@@ -337,8 +333,8 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
     const u32 body_a = constants_.buffers.shape_infos[contact.shape_a].body,
               body_b = constants_.buffers.shape_infos[contact.shape_b].body;
     const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
-    contacts.push_back({body_a, body_b, contact.shape_a - first_shape(body_a), contact.shape_b - first_shape(body_b),
-                        vector(geometry.point()), vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
+    contacts.push_back({described_[contact.shape_a], described_[contact.shape_b], vector(geometry.point()),
+                        vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
   };
   const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
   const u32 count = simulation_->counters()[COUNTER_CONTACTS], slept = sleeping ? b.slept_count[0] : 0;

@@ -16,7 +16,7 @@
 namespace lockstep {
 
 struct EngineContact {
-  u32 body_a, body_b, shape_a, shape_b;
+  DescribedShape a, b;
   Vector3 point, normal, impulse;  // as in BodyContact
 };
 struct EngineEvent {
@@ -24,7 +24,7 @@ struct EngineEvent {
   EventSide a, b;
 };
 struct EngineHit {
-  u32 body, shape;
+  DescribedShape of;
   double distance;
   Vector3 point, normal;
 };

@@ -163,17 +163,20 @@ struct World::Impl {
     if (std::exchange(kept, true)) return;
     contacts.clear();
     for (const EngineContact& contact : engine->contacts())
-      contacts.push_back({stepped[contact.body_a], stepped[contact.body_b], contact.shape_a, contact.shape_b,
-                          contact.point, contact.normal, contact.impulse});
+      contacts.push_back({stepped[contact.a.body], stepped[contact.b.body], contact.a.shape, contact.b.shape,
+                          contact.point, contact.normal, contact.impulse, triangle_of(contact.a),
+                          triangle_of(contact.b)});
     events = std::exchange(ended_in_step, {});
     for (const EngineEvent& event : engine->events()) events.push_back(named(event, stepped));
   }
 
   static BodyEvent named(const EngineEvent& event, const std::vector<BodyHandle>& handles) {
-    BodyEvent named = {event.kind, handles[event.a.body], handles[event.b.body], event.a.shape, event.b.shape};
-    if (event.a.triangle != NONE) named.triangle_a = event.a.triangle;
-    if (event.b.triangle != NONE) named.triangle_b = event.b.triangle;
-    return named;
+    return {event.kind,    handles[event.a.body], handles[event.b.body], event.a.shape,
+            event.b.shape, triangle_of(event.a),  triangle_of(event.b)};
+  }
+
+  static std::optional<u32> triangle_of(const DescribedShape& shape) {
+    return shape.triangle == NONE ? std::nullopt : std::optional(shape.triangle);
   }
 
   u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {

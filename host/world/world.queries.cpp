@@ -43,7 +43,9 @@ std::vector<std::optional<BodyHit>> World::cast_rays(std::span<const BodyRay> ra
   std::vector<std::optional<BodyHit>> hits;
   for (const std::optional<EngineHit>& hit : impl_->ready().cast_rays(queries)) {
     hits.emplace_back();
-    if (hit) hits.back() = {impl_->bodies[hit->body], hit->shape, hit->distance, hit->point, hit->normal};
+    if (hit)
+      hits.back() = {impl_->bodies[hit->of.body], hit->of.shape, hit->distance, hit->point, hit->normal,
+                     Impl::triangle_of(hit->of)};
   }
   return hits;
 }

@@ -51,10 +51,11 @@ struct Wrench {
 /// A point at which two bodies touched, or could have, in the last step.
 struct BodyContact {
   BodyHandle a, b;
-  u32 shape_a, shape_b;  // by their indices in the bodies' descriptions
-  Vector3 point;         // on the surface of a at the end of the step, world frame, m
-  Vector3 normal;        // from b to a, unit
-  Vector3 impulse;       // on a, of the last sub-step, N s
+  u32 shape_a, shape_b;                                 // by their indices in the bodies' descriptions
+  Vector3 point;                                        // on the surface of a at the end of the step, world frame, m
+  Vector3 normal;                                       // from b to a, unit
+  Vector3 impulse;                                      // on a, of the last sub-step, N s
+  std::optional<u32> triangle_a = {}, triangle_b = {};  // of shapes that are surfaces
 };
 
 /// Two bodies began or ceased to touch in the last step, or entered or left a trigger (then a has the trigger).
@@ -83,6 +84,7 @@ struct BodyHit {
   u32 shape = 0;        // by its index in the body's description
   double distance = 0;  // from the origin, m
   Vector3 point, normal;
+  std::optional<u32> triangle = {};  // of a shape that is a surface
 };
 
 /// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
