@@ -22,8 +22,8 @@ bool is_finite(real x) {
 }
 
 /// Velocity of the point at `arm` from the centre of mass.
-template <class real>
-Vec3<real> point_velocity(const Motion<real>& motion, Vec3<real> arm) {
+template <class real, template <class> class Moving>
+Vec3<real> point_velocity(const Moving<real>& motion, Vec3<real> arm) {
   return add3(vec3(motion.v), cross3(vec3(motion.w), arm));
 }
 

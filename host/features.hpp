@@ -54,6 +54,7 @@ enum class Feature : std::uint64_t {
   closures = 1ull << 43,           // some of them close loops
   seams = 1ull << 44,              // some shapes that do not move against each other lie flush
   coupled_normals = 1ull << 45,    // the normal impulses of the points of a pair are found together
+  impacts = 1ull << 47,            // how fast contacts come together is wanted; it comes with events
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

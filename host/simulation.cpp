@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/contact_geometry.hpp"
 #include "host/energy_budget.hpp"
 #include "host/item_error.hpp"
 #include "host/sleepers.hpp"
@@ -215,7 +216,8 @@ template <class real>
 SavedSimulation Simulation<real>::save() {
   expect_not_failed();
   // what contacts() and events() of the last step are told from
-  constexpr Buffer last_step[] = {Buffer::counters, Buffer::contacts, Buffer::contact_points, Buffer::events};
+  constexpr Buffer last_step[] = {Buffer::counters, Buffer::contacts, Buffer::contact_points, Buffer::events,
+                                  Buffer::impact_speeds};
   std::vector<Buffer> wanted;
   for (u32 i = 0; i < buffer_count; ++i) {
     const auto buffer = static_cast<Buffer>(i);
@@ -271,7 +273,34 @@ std::vector<Pair> Simulation<real>::touching() {
 template <class real>
 std::vector<PairEvent> Simulation<real>::events(const EventGroups& groups) {
   const std::vector<Event> all = events();
-  return groups.merge(all, all.empty() || !groups.merges() ? std::vector<Pair>() : touching());
+  std::vector<PairEvent> merged = groups.merge(all, all.empty() || !groups.merges() ? std::vector<Pair>() : touching());
+  if (!has(backend_->features(), Feature::impacts)) return merged;
+  for (PairEvent& impact : groups.impacts(impacts(groups.impact_speed()), steps_done_ - 1))
+    merged.push_back(std::move(impact));
+  return merged;
+}
+
+// Of all contacts where one is so fast; their impulses are those of the last sub-step.
+template <class real>
+std::vector<ContactImpact> Simulation<real>::impacts(double faster_than) {
+  const Buffer wanted_speeds[] = {Buffer::impact_speeds};
+  const std::vector<real> speeds = backend_->download(wanted_speeds).impact_speeds;
+  const u32 count = counters_[COUNTER_CONTACTS];
+  if (std::none_of(speeds.begin(), speeds.begin() + count, [&](real speed) { return double(speed) > faster_than; }))
+    return {};
+  const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
+                           Buffer::cached_impulses};
+  const Buffers<real>& b = backend_->download(wanted);
+  const auto vector = [](const Eigen::Vector3d& v) { return Vector3{v.x(), v.y(), v.z()}; };
+  std::vector<ContactImpact> impacts;
+  for (u32 i = 0; i < count; ++i) {
+    const ContactGeometry geometry = contact_geometry(b, i);
+    impacts.push_back({b.contacts[i].shape_a,
+                       b.contacts[i].shape_b,
+                       {double(speeds[i]), vector(geometry.point()), vector(geometry.normal),
+                        vector(contact_impulse(b, i, geometry))}});
+  }
+  return impacts;
 }
 
 template <class real>

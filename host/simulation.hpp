@@ -87,7 +87,7 @@ class Simulation {
   /// does not ask for events (docs/events.md).
   std::vector<Event> events();
   /// The same of the shapes or bodies of the scene, as its setting `event_pairs` says: the triangles of a surface are
-  /// shapes to the step.
+  /// shapes to the step. Behind them come impacts, where the setting `impact_speed` asks for them.
   std::vector<PairEvent> events(const EventGroups& groups);
   /// The pairs of shapes that touch since the last step, in order.
   std::vector<Pair> touching();
@@ -112,6 +112,7 @@ class Simulation {
  private:
   void make_step();
   Unsolved unsolved_in_steps() const;
+  std::vector<ContactImpact> impacts(double faster_than);
   void make_room(Sizes wanted);
   void make_longer(u32 status);
   bool is_at_rest() const;

@@ -99,7 +99,8 @@ enum EventKind {
   EVENT_CONTACT_END = 1,
   EVENT_TRIGGER_ENTER = 2,
   EVENT_TRIGGER_LEAVE = 3,
-  EVENT_KINDS = 4
+  EVENT_IMPACT = 4,  // made by the host alone
+  EVENT_KINDS = 5
 };
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
 // the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.

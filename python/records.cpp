@@ -32,6 +32,7 @@ const char* name_of(EventKind kind) {
     case EVENT_CONTACT_BEGIN: return "begin";
     case EVENT_CONTACT_END: return "end";
     case EVENT_TRIGGER_ENTER: return "enter";
+    case EVENT_IMPACT: return "impact";
     default: return "leave";
   }
 }
@@ -61,7 +62,8 @@ void add_records(py::module_& module) {
                         "Two bodies began or ceased to touch in the last step, or entered or left a trigger. What is "
                         "removed or teleported ceases to touch in the next step.")
       .def_property_readonly(
-          "kind", [](const BodyEvent& event) { return name_of(event.kind); }, "'begin', 'end', 'enter' or 'leave'.")
+          "kind", [](const BodyEvent& event) { return name_of(event.kind); },
+          "'begin', 'end', 'enter', 'leave' or 'impact'.")
       .def_readonly("a", &BodyEvent::a, "A Body; of 'enter' and 'leave' the one with the trigger.")
       .def_readonly("b", &BodyEvent::b, "The other Body.")
       .def_readonly("shape_a", &BodyEvent::shape_a,
@@ -70,9 +72,22 @@ void add_records(py::module_& module) {
       .def_readonly("triangle_a", &BodyEvent::triangle_a,
                     "Of a surface, with the setting `event_pairs` \"triangles\"; else None.")
       .def_readonly("triangle_b", &BodyEvent::triangle_b, "The same of b.")
+      .def_readonly("impact", &BodyEvent::impact,
+                    "Of 'impact', for which the setting `impact_speed` asks, an Impact; else None.")
       .def("__repr__", [](const BodyEvent& event) {
         return fmt::format("<lockstep.Event {} of {} and {}>", name_of(event.kind), event.a.id, event.b.id);
       });
+
+  py::class_<Impact>(module, "Impact",
+                     "How two bodies came together, at the fastest of their points, and what their contacts gave.")
+      .def_readonly("speed", &Impact::speed, "Along the normal, before anything stopped them, m/s.")
+      .def_property_readonly(
+          "point", [](const Impact& impact) { return to_array(impact.point); }, "Shape (3,), m.")
+      .def_property_readonly(
+          "normal", [](const Impact& impact) { return to_array(impact.normal); }, "From b to a, shape (3,), unit.")
+      .def_property_readonly(
+          "impulse", [](const Impact& impact) { return to_array(impact.impulse); },
+          "On a, of all their points in the last sub-step, shape (3,), N s.");
 
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")

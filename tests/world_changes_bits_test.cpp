@@ -310,7 +310,7 @@ Kinds kinds_of(World& world) {
 }
 
 // Whatever parts them, a touch ends with the next step, and begins again where it is let.
-TEST(WorldChangesBits, ATouchThatFiltersPartEnds) {
+TEST(WorldChangesBits, ATouchThatFiltersCutEnds) {
   for (const char* pairs : {"shapes", "bodies", "triangles"}) {
     for (const bool sleeping : {false, true}) {
       for (const bool of_floor : {false, true}) {
@@ -384,7 +384,7 @@ TEST(WorldChangesBits, ShapesAreKnownByIndexAndKind) {
   }
 }
 
-// A gate that becomes a wall, and a visitor that becomes static, leave each other.
+// A gate that becomes a wall, and a guest that becomes static, leave each other.
 TEST(WorldChangesBits, TriggersAreLeftByWhatTheyFeelNoMore) {
   for (const char* what : {"wall", "static", "filtered"}) {
     SCOPED_TRACE(what);
@@ -393,7 +393,7 @@ TEST(WorldChangesBits, TriggersAreLeftByWhatTheyFeelNoMore) {
     BodyDescription gate;
     gate.kind = BODY_STATIC;
     gate.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 2, .trigger = true});
-    const BodyHandle trigger = world.add(gate), visitor = world.add(ball_at({0, 0, 0}));
+    const BodyHandle trigger = world.add(gate), guest = world.add(ball_at({0, 0, 0}));
     world.step();
     ASSERT_EQ(kinds_of(world), Kinds{EVENT_TRIGGER_ENTER});
     world.step();
@@ -401,20 +401,20 @@ TEST(WorldChangesBits, TriggersAreLeftByWhatTheyFeelNoMore) {
       gate.shapes[0] = {.kind = SHAPE_SPHERE, .radius = 0.1};
       world.change(trigger, gate);
     } else if (what == std::string("static")) {
-      BodyDescription fixed = world.description(visitor);
+      BodyDescription fixed = world.description(guest);
       fixed.kind = BODY_STATIC, fixed.mass = 0, fixed.inertia = {0, 0, 0};
-      world.change(visitor, fixed);
+      world.change(guest, fixed);
     } else {
-      BodyDescription other = world.description(visitor);
+      BodyDescription other = world.description(guest);
       other.shapes[0].category = 2;
       gate.shapes[0].mask = 1;
-      world.change(visitor, other), world.change(trigger, gate);
+      world.change(guest, other), world.change(trigger, gate);
     }
     world.step();
     ASSERT_FALSE(world.events().empty());
     EXPECT_EQ(world.events()[0].kind, EVENT_TRIGGER_LEAVE);
     EXPECT_EQ(world.events()[0].a, trigger);
-    EXPECT_EQ(world.events()[0].b, visitor);
+    EXPECT_EQ(world.events()[0].b, guest);
   }
 }
 

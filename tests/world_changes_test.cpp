@@ -21,7 +21,7 @@ Scene with_gravity(double dt = 0.01) {
 // ---- gravity
 
 // By trapezoidal steps a parabola is exact: 1 s on Earth, then 2 s on the Moon.
-TEST(WorldChanges, WhatFallsFallsByTheGravityOfNow) {
+TEST(WorldChanges, WhatFallsFallsByTheCurrentGravity) {
   for (const char* device : {"reference", "auto"}) {
     Scene scene = with_gravity();
     scene.settings.integrator = Integrator::trapezoidal;
@@ -138,10 +138,10 @@ TEST(WorldChanges, ABodyHangsWhereItIsStaticGoesOnWhereItIsKinematicAndFallsWher
     world.set_load(box, [](double) { return Wrench{{0, 1, 0}, {0, 0, 0}}; });
     world.step(10);
     const BodyDescription dynamic = world.description(box);
-    BodyDescription held = dynamic;
-    held.mass = 0, held.inertia = {0, 0, 0};
-    held.kind = BODY_KINEMATIC;
-    world.change(box, held);
+    BodyDescription driven = dynamic;
+    driven.mass = 0, driven.inertia = {0, 0, 0};
+    driven.kind = BODY_KINEMATIC;
+    world.change(box, driven);
     const Pose then = world.pose(box);
     const Twist with = world.velocity(box);
     EXPECT_LT(with.linear[2], -0.9);
@@ -150,8 +150,8 @@ TEST(WorldChanges, ABodyHangsWhereItIsStaticGoesOnWhereItIsKinematicAndFallsWher
       EXPECT_NEAR(world.pose(box).position[k], then.position[k] + 0.2 * with.linear[k], 1e-12);
     EXPECT_EQ(world.velocity(box).linear, with.linear);
 
-    held.kind = BODY_STATIC;
-    world.change(box, held);
+    driven.kind = BODY_STATIC;
+    world.change(box, driven);
     const Pose there = world.pose(box);
     world.step(20);
     EXPECT_EQ(world.pose(box).position, there.position);
@@ -242,22 +242,22 @@ TEST(WorldChanges, AHeavierParticleSinksDeeper) {
   scene.settings.dt = 0.001;
   scene.particles = ParticleSettings{.radius = 0.1, .stiffness = 4000, .restitution = 0.1, .shear_stiffness = 2000};
   World world(scene, in_double());
-  BodyDescription grain;
-  grain.position = {0, 0, 0.1};
-  grain.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 0.1});
-  make_solid_of_mass(grain, 2);
-  const BodyHandle body = world.add(grain);
+  BodyDescription pebble;
+  pebble.position = {0, 0, 0.1};
+  pebble.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 0.1});
+  make_solid_of_mass(pebble, 2);
+  const BodyHandle body = world.add(pebble);
   world.step(2000);
   EXPECT_NEAR(world.pose(body).position[2], 0.1 - 2 * g / 4000, 1e-6);
-  make_solid_of_mass(grain, 6);
-  world.change(body, grain);
+  make_solid_of_mass(pebble, 6);
+  world.change(body, pebble);
   world.step(4000);
   EXPECT_NEAR(world.pose(body).position[2], 0.1 - 6 * g / 4000, 1e-6);
 }
 
 // ---- joints
 
-TEST(WorldChanges, ALimitThatIsNarrowedOrWidenedStopsWhereItIsNow) {
+TEST(WorldChanges, ALimitThatIsNarrowedOrWidenedStopsWhereItIs) {
   for (const char* device : {"reference", "auto"}) {
     World world(empty_scene(), {.device = device, .precision = "double"});
     JointDescription hinge = joint_at(JOINT_HINGE, {0, 0, 0}, {0, 0, 1});
@@ -303,7 +303,7 @@ TEST(WorldChanges, ASpringSettlesAtItsNewTarget) {
 }
 
 // 0.1 N m, then 0.3, on 1/3 kg m^2.
-TEST(WorldChanges, FrictionOfAJointSlowsByWhatItIsNow) {
+TEST(WorldChanges, FrictionOfAJointSlowsByItsNewTorque) {
   World world(empty_scene(), in_double());
   JointDescription hinge = joint_at(JOINT_HINGE, {0, 0, 0}, {0, 0, 1});
   hinge.friction = 0.1;
@@ -320,7 +320,7 @@ TEST(WorldChanges, FrictionOfAJointSlowsByWhatItIsNow) {
 
 // ---- the bound on speeds
 
-TEST(WorldChanges, WhatIsFasterThanTheBoundOfNowEndsTheRun) {
+TEST(WorldChanges, WhatIsFasterThanTheNewBoundEndsTheRun) {
   World world(empty_scene(), in_double());
   BodyDescription bullet = ball_at({0, 0, 0});
   bullet.name = "bullet";

@@ -172,7 +172,7 @@ TEST(World, NamesTheShapesOfCompounds) {
 }
 
 // A box, a grid of two by one cells beside it, and behind that a ball: the triangles are no shapes.
-TEST(World, TellsTrianglesOfSurfacesApartFromShapes) {
+TEST(World, TellsShapesAndTheirTriangles) {
   Scene scene = ground_scene();
   BodyDescription yard;
   yard.kind = BODY_STATIC;
@@ -186,33 +186,33 @@ TEST(World, TellsTrianglesOfSurfacesApartFromShapes) {
   const BodyHandle body = world.add(yard);
   BodyDescription pebble = ball_at({0, 0, 0});
   pebble.shapes[0].radius = 0.05;
-  const std::pair<Vector3, std::optional<u32>> places[] = {{{-5, 0, 1.05}, std::nullopt}, {{-0.2, -0.3, 1.05}, 0},
-                                                           {{-0.8, 0.3, 1.05}, 1},        {{0.8, -0.3, 1.05}, 2},
-                                                           {{0.2, 0.3, 1.05}, 3},         {{5, 0, 1.05}, std::nullopt}};
-  std::map<u32, std::size_t> place_of;
-  for (std::size_t i = 0; i < std::size(places); ++i) {
-    pebble.position = places[i].first;
-    place_of[world.add(pebble).id] = i;
+  const std::pair<Vector3, std::optional<u32>> spots[] = {{{-5, 0, 1.05}, std::nullopt}, {{-0.2, -0.3, 1.05}, 0},
+                                                          {{-0.8, 0.3, 1.05}, 1},        {{0.8, -0.3, 1.05}, 2},
+                                                          {{0.2, 0.3, 1.05}, 3},         {{5, 0, 1.05}, std::nullopt}};
+  std::map<u32, std::size_t> spot_of;
+  for (std::size_t i = 0; i < std::size(spots); ++i) {
+    pebble.position = spots[i].first;
+    spot_of[world.add(pebble).id] = i;
   }
   world.step();
-  const auto shape_at = [](std::size_t place) { return place == 0 ? 0u : place == 5 ? 2u : 1u; };
+  const auto shape_at = [](std::size_t spot) { return spot == 0 ? 0u : spot == 5 ? 2u : 1u; };
   std::set<std::size_t> told;
   for (const BodyContact& contact : world.contacts()) {
     const bool is_a = contact.a == body;
-    const std::size_t place = place_of.at((is_a ? contact.b : contact.a).id);
-    EXPECT_EQ(is_a ? contact.shape_a : contact.shape_b, shape_at(place)) << place;
-    EXPECT_EQ(is_a ? contact.triangle_a : contact.triangle_b, places[place].second) << place;
+    const std::size_t spot = spot_of.at((is_a ? contact.b : contact.a).id);
+    EXPECT_EQ(is_a ? contact.shape_a : contact.shape_b, shape_at(spot)) << spot;
+    EXPECT_EQ(is_a ? contact.triangle_a : contact.triangle_b, spots[spot].second) << spot;
     EXPECT_EQ(is_a ? contact.triangle_b : contact.triangle_a, std::nullopt);
-    told.insert(place);
+    told.insert(spot);
   }
   EXPECT_EQ(told.size(), 6u);
-  for (std::size_t i = 0; i < std::size(places); ++i) {
-    const Vector3& at = places[i].first;
+  for (std::size_t i = 0; i < std::size(spots); ++i) {
+    const Vector3& at = spots[i].first;
     const std::optional<BodyHit> hit = world.cast_ray({at[0] + 0.07, at[1], 3}, {0, 0, -1});
     ASSERT_TRUE(hit) << i;
     EXPECT_EQ(hit->body, body) << i;
     EXPECT_EQ(hit->shape, shape_at(i)) << i;
-    EXPECT_EQ(hit->triangle, places[i].second) << i;
+    EXPECT_EQ(hit->triangle, spots[i].second) << i;
   }
 }
 

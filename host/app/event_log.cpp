@@ -10,7 +10,7 @@ namespace lockstep::app {
 
 namespace {
 
-constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "trigger_enter", "trigger_leave"};
+constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "trigger_enter", "trigger_leave", "impact"};
 
 }  // namespace
 
@@ -40,6 +40,12 @@ void EventLog::add(const PairEvent& event) {
   const std::string &name_a = scene_.bodies[event.a.body].name, &name_b = scene_.bodies[event.b.body].name;
   if (!name_a.empty()) json["name_a"] = name_a;
   if (!name_b.empty()) json["name_b"] = name_b;
+  if (event.impact) {
+    json["speed"] = event.impact->speed;
+    json["impulse"] = event.impact->impulse;
+    json["point"] = event.impact->point;
+    json["normal"] = event.impact->normal;
+  }
   file_ << json.dump() << '\n' << std::flush;
 }
 

@@ -26,6 +26,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::grid, "GRID"},
     {Feature::bvh, "BVH"},
     {Feature::events, "EVENTS"},
+    {Feature::impacts, "IMPACTS"},
     {Feature::triggers, "TRIGGERS"},
     {Feature::continuous, "CONTINUOUS"},
     {Feature::queries, "QUERIES"},

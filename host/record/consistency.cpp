@@ -47,6 +47,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::all_pairs, Feature::contacts},
     {Feature::events, Feature::contacts},
     {Feature::triggers, Feature::events},
+    {Feature::impacts, Feature::events},
     {Feature::continuous, Feature::contacts},
     {Feature::soft_contacts, Feature::contacts},
     {Feature::patches, Feature::contacts},

@@ -39,13 +39,15 @@ std::string error_row(const std::string& label, const std::optional<double>& val
   return value ? row(label, fmt::format("{:.3g}{}", *value, unit)) : "";
 }
 
-constexpr const char* event_keys[EVENT_KINDS] = {"contact_begins", "contact_ends", "trigger_enters", "trigger_leaves"};
+constexpr const char* event_keys[EVENT_KINDS] = {"contact_begins", "contact_ends", "trigger_enters", "trigger_leaves",
+                                                 "impacts"};
 
 std::string event_row(const Report& report) {
   if (!report.events) return "";
-  const auto& [begins, ends, enters, leaves] = *report.events;
+  const auto& [begins, ends, enters, leaves, impacts] = *report.events;
   std::string text = fmt::format("{} began, {} ended", begins, ends);
   if (enters + leaves > 0) text += fmt::format("; triggers: {} entered, {} left", enters, leaves);
+  if (impacts > 0) text += fmt::format("; impacts: {}", impacts);
   return row("touches", text);
 }
 

@@ -340,7 +340,9 @@ void Compiler<real>::set_features() {
     if (pushing) features = with(features, Feature::particles);
     if (pushing && scene.particles->shear_stiffness > 0) features = with(features, Feature::shear_springs);
     const bool touching = !pushing && (scene.settings.keeps_shapes || shapes_can_touch(scene));
-    if (touching && scene.settings.events) features = with(features, Feature::events);
+    const bool impacts = settings.impact_speed.has_value();
+    if (touching && (scene.settings.events || impacts)) features = with(features, Feature::events);
+    if (touching && impacts) features = with(features, Feature::impacts);
     if (touching) features = with(features, Feature::contacts);
     if (touching && runge_kutta) {
       throw Error(Failure::input, scene.source + ": /settings/integrator",

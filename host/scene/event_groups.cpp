@@ -9,6 +9,7 @@ namespace lockstep {
 EventGroups::EventGroups(std::span<const Scene> worlds) : shapes_(worlds) {
   const EventPairs pairs = worlds.empty() ? EventPairs::shapes : worlds[0].settings.event_pairs;
   const bool of_triangles = pairs == EventPairs::triangles;
+  if (!worlds.empty() && worlds[0].settings.impact_speed) impact_speed_ = *worlds[0].settings.impact_speed;
   for (const Scene& scene : worlds) {
     for (const BodyDescription& body : scene.bodies) {
       const u32 first_of_body = static_cast<u32>(groups_.size());
@@ -79,6 +80,30 @@ std::vector<PairEvent> EventGroups::merge(std::span<const Event> events, std::sp
                       member(index(event.world, event.shape_a)).side, member(index(event.world, event.shape_b)).side});
   }
   return merged;
+}
+
+std::vector<PairEvent> EventGroups::impacts(std::span<const ContactImpact> contacts, u32 step) const {
+  std::map<Key, PairEvent> impacts;
+  for (const ContactImpact& contact : contacts) {
+    const Member first = member(contact.shape_a), second = member(contact.shape_b);
+    EventSide a = first.side, b = second.side;
+    Impact impact = contact.impact;
+    const auto [found, is_new] = impacts.try_emplace(key(contact.shape_a, contact.shape_b),
+                                                     PairEvent{EVENT_IMPACT, step, first.world, a, b, Impact{}});
+    PairEvent& event = found->second;
+    if (event.a.body != a.body) {  // a plane comes last, whosever it is
+      std::swap(a, b);
+      impact.normal = exact::scale(-1, impact.normal);
+      impact.impulse = exact::scale(-1, impact.impulse);
+    }
+    const Vector3 sum = exact::add(event.impact->impulse, impact.impulse);
+    if (impact.speed > event.impact->speed) event = {EVENT_IMPACT, step, first.world, a, b, impact};
+    event.impact->impulse = sum;
+  }
+  std::vector<PairEvent> all;
+  for (const auto& [key, event] : impacts)
+    if (event.impact->speed > impact_speed_) all.push_back(event);
+  return all;
 }
 
 std::vector<PairEvent> EventGroups::ends(std::span<const Pair> touching, const std::vector<bool>& is_gone) const {

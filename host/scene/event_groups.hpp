@@ -2,21 +2,32 @@
 // its triangles, and what rolls over one begins and ceases to touch them all (docs/events.md).
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <span>
 #include <tuple>
 
 #include "host/scene/described_shapes.hpp"
+#include "host/scene/impact.hpp"
 
 namespace lockstep {
 
 /// A side of an event; `triangle` where events are of triangles.
 using EventSide = DescribedShape;
 
-/// Two shapes, bodies or triangles of a world began or ceased to touch; `a` is the trigger, if there is one.
+/// Of a contact of simulated shapes.
+struct ContactImpact {
+  u32 shape_a, shape_b;
+  Impact impact;
+};
+
+/// Two shapes, bodies or triangles of a world began or ceased to touch, or came together; `a` is the trigger, if there
+/// is one.
 struct PairEvent {
   EventKind kind;
   u32 step, world;
   EventSide a, b;
+  std::optional<Impact> impact = {};  // of EVENT_IMPACT
 };
 
 class EventGroups {
@@ -32,6 +43,12 @@ class EventGroups {
   /// begins where none of its simulated pairs touched before and one does after, and ends the other way round; it has
   /// the shapes of the first that began, or of the last that ended. `touching` is not looked at unless merges().
   std::vector<PairEvent> merge(std::span<const Event> events, std::span<const Pair> touching) const;
+
+  /// Impacts faster than the setting `impact_speed`, of all contacts of a step.
+  std::vector<PairEvent> impacts(std::span<const ContactImpact> contacts, u32 step) const;
+
+  /// Faster ones are told, m/s.
+  double impact_speed() const { return impact_speed_; }
 
   /// The ends of the pairs that touch and none of whose simulated pairs goes on to be known. `is_gone` says of each of
   /// `touching` whether it does not.
@@ -57,6 +74,7 @@ class EventGroups {
 
   DescribedShapes shapes_;
   std::vector<Group> groups_;  // of each description
+  double impact_speed_ = std::numeric_limits<double>::infinity();
   bool merges_ = false;
 };
 

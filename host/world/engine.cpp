@@ -248,7 +248,7 @@ class EngineOf final : public Engine {
 
   static std::vector<EngineEvent> without_worlds(const std::vector<PairEvent>& events) {
     std::vector<EngineEvent> all;
-    for (const PairEvent& event : events) all.push_back({event.kind, event.a, event.b});
+    for (const PairEvent& event : events) all.push_back({event.kind, event.a, event.b, event.impact});
     return all;
   }
 

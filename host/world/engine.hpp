@@ -22,6 +22,7 @@ struct EngineContact {
 struct EngineEvent {
   EventKind kind;
   EventSide a, b;
+  std::optional<Impact> impact;
 };
 struct EngineHit {
   DescribedShape of;

@@ -172,7 +172,7 @@ struct World::Impl {
 
   static BodyEvent named(const EngineEvent& event, const std::vector<BodyHandle>& handles) {
     return {event.kind,    handles[event.a.body], handles[event.b.body], event.a.shape,
-            event.b.shape, triangle_of(event.a),  triangle_of(event.b)};
+            event.b.shape, triangle_of(event.a),  triangle_of(event.b),  event.impact};
   }
 
   static std::optional<u32> triangle_of(const DescribedShape& shape) {

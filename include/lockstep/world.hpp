@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host/error.hpp"
+#include "host/scene/impact.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/solid_body.hpp"
 #include "host/scene/surface.hpp"
@@ -58,7 +59,8 @@ struct BodyContact {
   std::optional<u32> triangle_a = {}, triangle_b = {};  // of shapes that are surfaces
 };
 
-/// Two bodies began or ceased to touch in the last step, or entered or left a trigger (then a has the trigger).
+/// Two bodies began or ceased to touch in the last step, came together fast, or entered or left a trigger (then a has
+/// the trigger).
 /// What is removed or teleported ceases to touch what it touched, in the next step; the handle of a body that was
 /// removed names nobody any more.
 struct BodyEvent {
@@ -66,6 +68,7 @@ struct BodyEvent {
   BodyHandle a, b;
   u32 shape_a, shape_b;  // by their indices in the bodies' descriptions; of several the first
   std::optional<u32> triangle_a = {}, triangle_b = {};  // of surfaces, with the setting `event_pairs` "triangles"
+  std::optional<Impact> impact = {};                    // of EVENT_IMPACT, for which the setting `impact_speed` asks
 };
 
 inline constexpr EventKind EVENT_SENSOR_ENTER [[deprecated("is called EVENT_TRIGGER_ENTER")]] = EVENT_TRIGGER_ENTER;
@@ -265,7 +268,7 @@ class World {
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
-  /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
+  /// Of the last step; asked for by the scene's settings `events` and `impact_speed` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// The bits of categories of shapes, by their names in the scene, for the masks of questions. They are those of
   /// Scene::categories, from the lowest on. Throws Error (input) for a name that is not among them.

@@ -247,6 +247,37 @@ class Questions(unittest.TestCase):
         self.assertEqual(hits["body"][:2].tolist(), [self.world.body("ball").id, self.world.body("ground").id])
         np.testing.assert_allclose(hits["distance"], [6.5, 10, np.inf], rtol=1e-6)
 
+    def test_impacts(self):
+        settings = {"impact_speed": 1, "dt": 0.001}
+        world = lockstep.World(scene(GROUND, {**BALL, "position": [0, 0, 1.5]}, settings=settings), device="reference", precision="double")
+        hits = []
+        for _ in range(600):
+            world.step()
+            hits += [event for event in world.events() if event.kind == "impact"]
+        (hit,) = hits
+        self.assertAlmostEqual(hit.impact.speed, np.sqrt(2 * 9.81), delta=0.02)
+        np.testing.assert_allclose(hit.impact.impulse, [0, 0, 2 * hit.impact.speed], atol=0.05)
+        np.testing.assert_allclose(hit.impact.normal, [0, 0, 1])
+        np.testing.assert_allclose(hit.impact.point, [0, 0, 0], atol=0.01)
+
+    def test_triangles(self):
+        grid = {"type": "height_field", "spacing": 1, "heights": [[0, 0], [0, 0]]}
+        box = {"type": "box", "size": [1, 1, 1], "offset": [5, 0, -0.5]}
+        pebble = {"mass": 1, "position": [0.2, -0.3, 0.05], "shapes": [{"type": "sphere", "radius": 0.05}]}
+        world = lockstep.World(scene({"type": "static", "shapes": [box, grid]}, pebble), device="reference")
+        world.step()
+        (contact,) = world.contacts()
+        ground = "a" if contact["a"] == 0 else "b"
+        other = "ba"["ab".index(ground)]
+        self.assertEqual((contact["shape_" + ground], contact["triangle_" + ground]), (1, 0))
+        self.assertEqual((contact["shape_" + other], contact["triangle_" + other]), (0, -1))
+        hit = world.cast_ray([-0.2, 0.3, 3], [0, 0, -1])
+        self.assertEqual((hit.shape, hit.triangle), (1, 1))
+        self.assertIsNone(world.cast_ray([5, 0, 3], [0, 0, -1]).triangle)
+        hits = world.cast_rays([[-0.2, 0.3, 3], [5, 0, 3], [9, 9, 9]], [[0, 0, -1]] * 3)
+        self.assertEqual(hits["triangle"].tolist(), [1, -1, -1])
+        self.assertEqual(hits["shape"][:2].tolist(), [1, 0])
+
     def test_volumes(self):
         ball, ground = self.world.body("ball"), self.world.body("ground")
         self.assertEqual(self.world.overlapping_sphere([0, 0, 3], 1), [ball])
