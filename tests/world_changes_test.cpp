@@ -116,18 +116,18 @@ TEST(WorldChanges, ALeverTipsToTheHeavierSide) {
   World world(with_gravity(0.001), in_double());
   BodyDescription bar;
   bar.mass = 1, bar.inertia = {1, 1, 1};
-  const BodyHandle lever = world.add(bar), left = world.add(box_at({-1, 0, 0}, 2)),
+  const BodyHandle beam = world.add(bar), left = world.add(box_at({-1, 0, 0}, 2)),
                    right = world.add(box_at({1, 0, 0}, 3));
-  world.add(joint_at(JOINT_HINGE, {0, 0, 0}, {0, 1, 0}), lever);
-  world.add(joint_at(JOINT_FIXED, {-1, 0, 0}, {0, 0, 1}), lever, left);
-  world.add(joint_at(JOINT_FIXED, {1, 0, 0}, {0, 0, 1}), lever, right);
+  world.add(joint_at(JOINT_HINGE, {0, 0, 0}, {0, 1, 0}), beam);
+  world.add(joint_at(JOINT_FIXED, {-1, 0, 0}, {0, 0, 1}), beam, left);
+  world.add(joint_at(JOINT_FIXED, {1, 0, 0}, {0, 0, 1}), beam, right);
   const auto moment_of = [](double mass) { return mass / 6 + mass; };  // of a cube at 1 m
   world.step(10);
-  EXPECT_NEAR(world.velocity(lever).angular[1], 0.01 * g * 1 / (1 + moment_of(2) + moment_of(3)), 2e-4);
-  world.set_velocity(lever, {}), world.set_velocity(left, {}), world.set_velocity(right, {});
+  EXPECT_NEAR(world.velocity(beam).angular[1], 0.01 * g * 1 / (1 + moment_of(2) + moment_of(3)), 2e-4);
+  world.set_velocity(beam, {}), world.set_velocity(left, {}), world.set_velocity(right, {});
   world.change(left, box_at({0, 0, 0}, 4));
   world.step(10);
-  EXPECT_NEAR(world.velocity(lever).angular[1], -0.01 * g * 1 / (1 + moment_of(4) + moment_of(3)), 2e-4);
+  EXPECT_NEAR(world.velocity(beam).angular[1], -0.01 * g * 1 / (1 + moment_of(4) + moment_of(3)), 2e-4);
 }
 
 TEST(WorldChanges, ABodyHangsWhereItIsStaticGoesOnWhereItIsKinematicAndFallsWhereItIsDynamic) {
