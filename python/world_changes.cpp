@@ -44,9 +44,9 @@ void add_changes(WorldClass& world) {
           },
           py::arg("joint"), py::arg("description"),
           "Describes a joint anew, as an entry of 'joints' in a scene file but for 'bodies': limits, motor, friction,\n"
-          "spring, how soft it is. What it leaves out it has no more, but for its name; type, anchors, axes, pitch "
+          "spring, how soft it is. What it leaves out it has no more, but for its name and type; anchors, axes, pitch "
           "and\n"
-          "radius stay, whatever it says. Takes effect, and costs, as add_joint() does.")
+          "radius stay, whatever it says, and another type is refused. Takes effect, and costs, as add_joint() does.")
       .def_property_readonly(
           "gravity", [](SharedWorld& shared) { return to_array(shared.use().gravity()); }, "Shape (3,), m/s^2.")
       .def(

@@ -369,6 +369,9 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
   bad = top, bad.pivoted = false;
   EXPECT_EQ(refusal([&] { world.change(on_pivot, bad); }),
             "body \"top\": stays on its pivot, or without one, as it is; remove it and add another");
+  bad = box, bad.name = "top";
+  EXPECT_EQ(refusal([&] { world.change(body, bad); }),
+            "body \"box\": cannot be called \"top\" as another body is; names must differ");
   JointDescription joint = world.description(nail);
   joint.limited = true, joint.low = 2, joint.high = 1;
   EXPECT_EQ(refusal([&] { world.change(nail, joint); }),

@@ -27,8 +27,8 @@ BodyDescription parse_body(const std::string& text, const std::string& source, S
 /// The same of a joint, but for the key "bodies", which it must not have: the caller knows them.
 JointDescription parse_joint(const std::string& text, const std::string& source);
 
-/// The same of a joint that is described anew: its kind, anchors, axes, pitch and radius are those of `joint`, whatever
-/// the text says.
+/// The same of a joint that is described anew: its anchors, axes, pitch and radius are those of `joint`, whatever the
+/// text says, and so is its kind, which it may leave out.
 JointDescription parse_joint_change(const std::string& text, const std::string& source, const JointDescription& joint);
 
 struct SceneListing {

@@ -27,6 +27,10 @@ void World::Impl::change(u32 index, BodyDescription body) {
   BodyDescription& described = scene.bodies[index];
   const std::string where = bodies.called(described.name, bodies[index]);
   const bool is_dynamic = body.kind == BODY_DYNAMIC;
+  for (std::size_t i = 0; i < scene.bodies.size() && !body.name.empty(); ++i)
+    if (i != index && scene.bodies[i].name == body.name)
+      throw Error(Failure::input, where,
+                  "cannot be called " + quote(body.name) + " as another body is; names must differ");
   if (body.pivoted != described.pivoted || (body.pivoted && (!is_dynamic || body.com_offset != described.com_offset)))
     throw Error(Failure::input, where, "stays on its pivot, or without one, as it is; remove it and add another");
   for (std::size_t j = 0; j < scene.joints.size() && !is_dynamic; ++j) {

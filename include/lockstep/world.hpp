@@ -60,9 +60,8 @@ struct BodyContact {
 };
 
 /// Two bodies began or ceased to touch in the last step, came together fast, or entered or left a trigger (then a has
-/// the trigger).
-/// What is removed or teleported ceases to touch what it touched, in the next step; the handle of a body that was
-/// removed names nobody any more.
+/// the trigger). What is removed or teleported ceases to touch what it touched, in the next step; the handle of a body
+/// that was removed names nobody any more.
 struct BodyEvent {
   EventKind kind;
   BodyHandle a, b;
@@ -190,7 +189,8 @@ class World {
   /// are known by their index: what touches one of the same kind goes on to, with the impulse that it had. Joints
   /// and, of a dynamic body, the load stay. Takes effect, and costs, as adding a body does. Wakes its island and those
   /// that touch it, and all of them where it is static or kinematic. Throws Error (input) for a body that makes no
-  /// sense, for one that is to come onto a pivot or off it, and for one that joints hold to nothing dynamic.
+  /// sense, for one that is to come onto a pivot or off it, for one that joints hold to nothing
+  /// dynamic, and for a name that another body has.
   void change(BodyHandle body, const BodyDescription& description);
   bool contains(BodyHandle body) const;
   /// By its name in the scene; nothing where there is none.

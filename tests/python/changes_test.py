@@ -50,6 +50,10 @@ class Changes(unittest.TestCase):
         self.assertAlmostEqual(world.joint_state(axle).coordinate, -0.25, places=6)
         with self.assertRaisesRegex(lockstep.Error, 'unknown key "limit"; did you mean "limits"'):
             world.change_joint(axle, {"limit": [0, 1]})
+        with self.assertRaisesRegex(lockstep.Error, "stays a hinge"):
+            world.change_joint(axle, {"type": "slider", "limits": [0, 1]})
+        with self.assertRaisesRegex(lockstep.Error, 'unknown joint "wobbly"'):
+            world.change_joint(axle, {"type": "wobbly"})
 
     def test_gravity_and_the_bound_on_speeds(self):
         world = in_double({"bodies": [BALL]})
