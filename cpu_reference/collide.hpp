@@ -38,16 +38,29 @@ Side<real> collide_side(const Buffers<real>& b, u32 shape) {
           has_seams ? b.seam_starts[shape + 1] - first_seam : 0};
 }
 
-/// The inner radius of the less deep shape.
 template <class real>
-real collide_radius(const Side<real>& a, const Side<real>& b) {
-  return pair_radius(a.shape.size[3], b.shape.size[3]);
+real collide_slop(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
+  return pair_slop(params, pair_radius(a.shape.size[3], b.shape.size[3]),
+                   pair_radius(solid_radius(a.shape), solid_radius(b.shape)));
 }
 
 template <class real>
-real collide_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
+real collide_displacement(const StepParams<real>& params, const Side<real>& side) {
+  return shape_displacement(step_length(params), point_velocity(side.motion, side.arm), side.motion,
+                            side.shape.bounding_radius);
+}
+
+/// How close the two come at most before they make contacts.
+template <class real>
+real collide_largest_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
   return pair_margin(params, own_margin(params, a.shape.bounding_radius, a.shape.size[3]),
                      own_margin(params, b.shape.bounding_radius, b.shape.size[3]));
+}
+template <class real>
+real collide_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
+  const real own = pair_radius(own_margin(params, a.shape.bounding_radius, a.shape.size[3]),
+                               own_margin(params, b.shape.bounding_radius, b.shape.size[3]));
+  return params.margin + used_margin(own, collide_displacement(params, a) + collide_displacement(params, b));
 }
 
 /// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
@@ -104,7 +117,7 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  const real margin = collide_margin(params, a, b), lag = contact_lag(params);
+  const real margin = collide_largest_margin(params, a, b), lag = contact_lag(params);
   return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, margin, lag, h), b.info.kind,
                         collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), collide_tables(buffers),
                         limit);
@@ -174,7 +187,7 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
-  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
+  const real h = step_length(params), slop = collide_slop(params, a, b);
   Manifold<real> m = collide_sides(buffers, params, a, b, limit, true, h);
   const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
   const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);

@@ -5,11 +5,11 @@
 // still for as many steps as the world says is a sleep candidate if it is at rest, else it begins anew. At rest is what
 // neither keeps moving, in the time T since it began, nor falls, nor is moved by its load:
 //
-//   keeps moving  |dx - (v0 (T - h) + v1 (T + h)) / 2| <= max(|v0|, |v1|) T / 4   the displacement dx in T is that of
-//                 an even acceleration from v0 to v1 in sub-steps h, zero among them: what trembles comes back, and
-//                 what comes to rest has been there for most of T. And meanwhile such a body has been as far as
-//                 max(|v0|, |v1|) T / 8 from where it began. Below REST_DRIFT no motion matters. The same holds with v1
-//                 for v0, after a blow at the beginning, and for angles
+//   keeps moving  |(dx - (v0 (T - h) + v1 (T + h)) / 2) . v| <= v.v T / 4, v the faster one of v0 and v1: along it the
+//                 displacement dx in T is that of an even acceleration from v0 to v1 in sub-steps h, zero among them:
+//                 what trembles comes back, and what comes to rest has been there for most of T. Across it a body may
+//                 settle meanwhile. And it has been as far as |v| T / 8 from where it began. Below REST_DRIFT no
+//                 motion matters. The same holds with v1 for v0, after a blow at the beginning, and for angles
 //   falls         |v1 - v0| > |g + f / m| dt / 2: constraints have not carried it in the last step
 //   is moved      the velocity changes along f / m by what the load alone would make in T, or by half as much more or
 //                 less; and so by a torque
@@ -54,11 +54,13 @@ template <class real>
 bool keeps_moving(Vec3<real> displacement, Vec3<real> v0, Vec3<real> v1, real farthest2, real time, real dt,
                   real radius) {
   const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
-  const real largest = (square0 > square1 ? square0 : square1) * (time * time);
+  const Vec3<real> v = square0 > square1 ? v0 : v1;
+  const real square = square0 > square1 ? square0 : square1, largest = square * (time * time);
   const Vec3<real> even = add3(scale3(real(0.5f) * (time - dt), v0), scale3(real(0.5f) * (time + dt), v1));
   const Vec3<real> miss = sub3(displacement, even);
   const real drift = real(REST_DRIFT) * radius;
-  return largest > drift * drift && largest <= real(64) * farthest2 && real(16) * dot3(miss, miss) <= largest;
+  return largest > drift * drift && largest <= real(64) * farthest2 &&
+         real(4) * std::abs(dot3(miss, v)) <= square * time;
 }
 
 /// Whether the velocity has changed by more than half of what gravity and the load make in one step, if they do not

@@ -96,7 +96,8 @@ struct Correction {
 template <class real>
 Correction<real> correction_of(const StepParams<real>& p, real inner_radius, real bounding_radius, real w_nn,
                                real load) {
-  return {pair_slop(p, inner_radius), pair_correction_limit(p, bounding_radius) + p.softness * w_nn * load};
+  return {pair_slop(p, inner_radius, bounding_radius),
+          pair_correction_limit(p, bounding_radius) + p.softness * w_nn * load};
 }
 
 template <class real>

@@ -58,8 +58,10 @@ bool shape_bound(const Buffers<real>& b, const StepParams<real>& params, u32 i, 
   const Motion<real>& motion = b.motions[body];
   const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
   const Vec3<real> center = shape_center(pose, shape);
-  const real margin =
-      shape_margin(params, own_margin(params, shape.bounding_radius, shape.size[3]), motion.inverse_mass);
+  const real displacement = shape_displacement(step_length(params), point_velocity(motion, sub3(center, pose.position)),
+                                               motion, shape.bounding_radius);
+  const real margin = shape_margin(
+      params, used_margin(own_margin(params, shape.bounding_radius, shape.size[3]), displacement), motion.inverse_mass);
   const real bounding_radius = shape.bounding_radius + margin;
   const Vec3<real> half =
       add3(shape_half(kind, shape, shape_rotation(pose, shape)), Vec3<real>{margin, margin, margin});

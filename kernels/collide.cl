@@ -61,14 +61,24 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   return world_shape;
 }
 
-// The inner radius of the less deep shape.
-static inline real collide_radius(const Side* a, const Side* b) {
-  return pair_radius(a->shape->size[3], b->shape->size[3]);
+static inline real collide_slop(const StepParams* params, const Side* a, const Side* b) {
+  return pair_slop(params, pair_radius(a->shape->size[3], b->shape->size[3]),
+                   pair_radius(solid_radius(a->shape), solid_radius(b->shape)));
 }
 
-static inline real collide_margin(const StepParams* params, const Side* a, const Side* b) {
+static inline real collide_displacement(const StepParams* params, const Side* side) {
+  return shape_displacement(step_length(params), point_velocity(side->motion, side->arm), side->motion,
+                            side->shape->bounding_radius);
+}
+
+static inline real collide_largest_margin(const StepParams* params, const Side* a, const Side* b) {
   return pair_margin(params, own_margin(params, a->shape->bounding_radius, a->shape->size[3]),
                      own_margin(params, b->shape->bounding_radius, b->shape->size[3]));
+}
+static inline real collide_margin(const StepParams* params, const Side* a, const Side* b) {
+  const real own = pair_radius(own_margin(params, a->shape->bounding_radius, a->shape->size[3]),
+                               own_margin(params, b->shape->bounding_radius, b->shape->size[3]));
+  return params->margin + used_margin(own, collide_displacement(params, a) + collide_displacement(params, b));
 }
 
 // The largest gap that can matter.
@@ -90,7 +100,7 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 // `alone`: facets, and shapes with seams, are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  const real margin = collide_margin(params, a, b), lag = contact_lag(params);
+  const real margin = collide_largest_margin(params, a, b), lag = contact_lag(params);
   return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, margin, lag, h),
                         b->kind, collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), tables, limit);
 }
@@ -153,7 +163,7 @@ static inline bool collide_is_facet(const Side* side) {
 // may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
 static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, Manifold* m) {
-  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
+  const real h = step_length(params), slop = collide_slop(params, a, b);
   *m = collide_sides(params, a, b, tables, limit, true, h);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);

@@ -18,11 +18,12 @@ static inline bool is_slow(SleepLaw law, Vec3 v, Vec3 w) {
 
 static inline bool keeps_moving(Vec3 displacement, Vec3 v0, Vec3 v1, real farthest2, real time, real dt, real radius) {
   const real square0 = dot3(v0, v0), square1 = dot3(v1, v1);
-  const real largest = (square0 > square1 ? square0 : square1) * (time * time);
+  const Vec3 v = square0 > square1 ? v0 : v1;
+  const real square = square0 > square1 ? square0 : square1, largest = square * (time * time);
   const Vec3 even = add3(scale3((real)0.5f * (time - dt), v0), scale3((real)0.5f * (time + dt), v1));
   const Vec3 miss = sub3(displacement, even);
   const real drift = (real)REST_DRIFT * radius;
-  return largest > drift * drift && largest <= (real)64 * farthest2 && (real)16 * dot3(miss, miss) <= largest;
+  return largest > drift * drift && largest <= (real)64 * farthest2 && (real)4 * fabs(dot3(miss, v)) <= square * time;
 }
 
 static inline bool falls(Vec3 gravity, Vec3 load, Vec3 change, real step_time) {

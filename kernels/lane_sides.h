@@ -6,6 +6,7 @@
 #include "found_contacts.h"
 #include "grid.h"
 #include "lane_quads.h"
+#include "tolerance_shares.h"
 
 // A point that is not there has no feature; features are small whole numbers held as reals.
 #define LANE_NO_FEATURE 1000
@@ -17,7 +18,7 @@ typedef struct LaneSide {
   LaneQuat orientation;  // of the body
   Lane3 offset, arm;     // from the centre of mass to the centre of the shape: body frame, world axes
   Lane3 position, v, w;
-  lane bounding_radius, inner_radius;
+  lane bounding_radius, inner_radius, inverse_mass;
 } LaneSide;
 
 typedef struct LaneSides {
@@ -57,7 +58,9 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
   side->size = lane_xyz(size);
   side->inner_radius = size.w;
   side->position = lane_xyz(lane_gather_quad(&t->positions->x, 4u, body));
-  side->v = lane_xyz(lane_gather_quad(t->motions->v, motion_stride, body));
+  const LaneQuad v = lane_gather_quad(t->motions->v, motion_stride, body);
+  side->v = lane_xyz(v);
+  side->inverse_mass = v.w;
   side->w = lane_xyz(lane_gather_quad(t->motions->w, motion_stride, body));
 }
 
@@ -78,10 +81,18 @@ LANE_INLINE lane lane_own_margin(const StepParams* params, const LaneSide* side)
   const lane share = LANE_OF(params->margin_share) * side->bounding_radius;
   return share < side->inner_radius ? share : side->inner_radius;
 }
+LANE_INLINE lane lane_displacement(const StepParams* params, const LaneSide* side) {
+  const lane displacement = LANE_OF(step_length(params)) * (lane_length3(lane_point_velocity(side, side->arm)) +
+                                                            lane_length3(side->w) * side->bounding_radius);
+  return side->inverse_mass > LANE_OF(0) ? displacement : LANE_OF(0);
+}
 LANE_INLINE lane lane_margin(const StepParams* params, const LaneSides* s) {
   const lane a = lane_own_margin(params, &s->a), b = lane_own_margin(params, &s->b);
-  const lane smaller = a < b ? a : b, larger = a < b ? b : a;
-  return LANE_OF(params->margin) + (smaller > LANE_OF(0) ? smaller : larger);
+  const lane smaller = a < b ? a : b, larger = a < b ? b : a, own = smaller > LANE_OF(0) ? smaller : larger;
+  const lane used =
+      LANE_OF((real)MARGIN_AT_REST) * own +
+      LANE_OF((real)MARGIN_OF_MOTION) * (lane_displacement(params, &s->a) + lane_displacement(params, &s->b));
+  return LANE_OF(params->margin) + (used < own ? used : own);
 }
 
 // As collide_limit.

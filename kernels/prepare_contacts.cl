@@ -12,6 +12,7 @@
 #include "prepare_patch.h"
 #include "solve_contact.h"
 #include "solve_normals.h"
+#include "tolerance_shares.h"
 #include "types.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
@@ -123,10 +124,17 @@ typedef struct LaneCorrection {
   lane slop, limit;
 } LaneCorrection;
 
+// As slop_radius.
+static inline lane lane_slop_radius(lane inner_radius, lane bounding_radius) {
+  const lane beyond = (lane)(real)SLOP_OF_WIDTH * (bounding_radius - (lane)(real)THIN_ASPECT * inner_radius);
+  const lane most = (lane)(real)SLOP_OF_THIN * inner_radius, thin = beyond < most ? beyond : most;
+  return thin > inner_radius ? thin : inner_radius;
+}
+
 static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane bounding_radius, lane w_nn,
                                                 lane load) {
   LaneCorrection correction;
-  correction.slop = (lane)p->slop + (lane)p->slop_share * inner_radius;
+  correction.slop = (lane)p->slop + (lane)p->slop_share * lane_slop_radius(inner_radius, bounding_radius);
   correction.limit =
       ((lane)p->correction_limit + (lane)p->correction_limit_share * bounding_radius) + (lane)p->softness * w_nn * load;
   return correction;

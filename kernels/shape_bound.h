@@ -43,8 +43,11 @@ static inline bool shape_bound(u32 kind, global const Shape* shape, global const
                                Bound* bound) {
   const Pose pose = make_pose(*position, *orientation);
   const Vec3 center = shape_center(pose, shape);
+  const real displacement = shape_displacement(step_length(params), point_velocity(motion, sub3(center, pose.position)),
+                                               motion, shape->bounding_radius);
   const real margin =
-      shape_margin(params, own_margin(params, shape->bounding_radius, shape->size[3]), motion->inverse_mass);
+      shape_margin(params, used_margin(own_margin(params, shape->bounding_radius, shape->size[3]), displacement),
+                   motion->inverse_mass);
   const real bounding_radius = shape->bounding_radius + margin;
 #if FEATURE_MANIFOLDS
   const Vec3 half_extents = add3(shape_half(kind, shape, shape_rotation(pose, shape)), make3(margin, margin, margin));

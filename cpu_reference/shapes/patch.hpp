@@ -152,9 +152,12 @@ Vec3<real> patch_point(const Patch<real>& patch, u32 i) {
   return add3(patch.center, around_sixteenth(patch.x, patch.y, i));
 }
 
+/// Opposite points of a rim are named one behind the other: points are solved in the order of their names, and sweeps
+/// that go around a rim rock what stands on it.
 template <class real>
 u32 patch_name(const Patch<real>& patch, u32 i) {
-  return patch.kind == PATCH_POLYGON ? poly_corner(patch.poly, patch.face, i) : patch.first_name + i;
+  if (patch.kind == PATCH_POLYGON) return poly_corner(patch.poly, patch.face, i);
+  return patch.first_name + (i < DISC_POINTS / 2 ? 2 * i : 2 * i - (DISC_POINTS - 1));
 }
 
 /// The part of a line between two points that a patch covers, by shares; `in` and `out` name the sides where it enters

@@ -197,6 +197,12 @@ void describe_particles(const Scene& scene, const InitialState<real>& state, Rep
   report.particle_inertia_error = inertia;
 }
 
+void name_worst(std::span<const Scene> worlds, Report& report) {
+  const auto name = [&](u32 id) { return id == NONE ? std::string() : worlds[report.worst->world].bodies[id].name; };
+  report.worst_name_a = name(report.worst->body_a);
+  report.worst_name_b = name(report.worst->body_b);
+}
+
 template <class real>
 Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, EventLog& log) {
   const Scene& scene = worlds[0];
@@ -246,6 +252,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.steps = simulation.steps_done() - start.steps_done;
   write_checkpoint(simulation, scene.name, identity, oracle.name, options.checkpoint);
   recorder.finish(report);
+  if (report.worst) name_worst(worlds, report);
   report.verdict = monitor.verdict();
   report.max_penetration_m = std::max(report.max_penetration_m, monitor.overlap_m());
   if (report.joints > 0) {

@@ -24,11 +24,16 @@ Json worst_contact(const Report& report) {
   if (!report.worst) return nullptr;
   const WorstContact& at = *report.worst;
   const auto id = [](u32 value) { return value == NONE ? Json(nullptr) : Json(value); };
-  return {{"step", report.worst_step}, {"world", at.world},         {"body_a", id(at.body_a)},
-          {"body_b", id(at.body_b)},   {"shape_a", id(at.shape_a)}, {"shape_b", id(at.shape_b)}};
+  const auto name = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  return {{"step", report.worst_step},           {"world", at.world},        {"body_a", id(at.body_a)},
+          {"name_a", name(report.worst_name_a)}, {"body_b", id(at.body_b)},  {"name_b", name(report.worst_name_b)},
+          {"shape_a", id(at.shape_a)},           {"shape_b", id(at.shape_b)}};
 }
 
-std::string body_text(u32 id) { return id == NONE ? "the world" : fmt::format("body {}", id); }
+std::string body_text(u32 id, const std::string& name) {
+  if (id == NONE) return "the world";
+  return name.empty() ? fmt::format("body {}", id) : fmt::format("body \"{}\"", name);
+}
 
 std::string row(const std::string& label, const std::string& value) {
   return fmt::format("  {:<26}{}\n", label, value);
@@ -76,10 +81,10 @@ std::string contact_rows(const Report& report) {
     text += row("model error",
                 fmt::format("{:.3g}  (of another model of friction than cones by Coulomb)", *report.model_error));
   if (report.defect_velocity_max.value_or(0) > 0)
-    text +=
-        row("worst defect", fmt::format("{:.3g} m/s in step {} between {} and {} of world {}",
-                                        *report.defect_velocity_max, report.worst_step, body_text(report.worst->body_a),
-                                        body_text(report.worst->body_b), report.worst->world));
+    text += row("worst defect",
+                fmt::format("{:.3g} m/s in step {} between {} and {} of world {}", *report.defect_velocity_max,
+                            report.worst_step, body_text(report.worst->body_a, report.worst_name_a),
+                            body_text(report.worst->body_b, report.worst_name_b), report.worst->world));
   return text;
 }
 

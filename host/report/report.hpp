@@ -42,6 +42,7 @@ struct Report {
   std::optional<double> defect_velocity_max;  // m/s
   std::optional<WorstContact> worst;          // where it was seen
   u32 worst_step = 0;
+  std::string worst_name_a, worst_name_b;  // of its bodies; empty where they have none
   std::optional<double> joint_drift_max_m, joint_angle_max_rad, momentum_error, energy_error, model_error;
   double energy_initial_j = 0, energy_final_j = 0;
 

@@ -140,7 +140,8 @@ static inline Vec3 patch_point(const Patch* patch, u32 i) {
 }
 
 static inline u32 patch_name(const Patch* patch, u32 i) {
-  return patch->kind == PATCH_POLYGON ? poly_corner(&patch->poly, patch->face, i) : patch->first_name + i;
+  if (patch->kind == PATCH_POLYGON) return poly_corner(&patch->poly, patch->face, i);
+  return patch->first_name + (i < DISC_POINTS / 2u ? 2u * i : 2u * i - (DISC_POINTS - 1u));
 }
 
 // The part of a line between two points that a patch covers, by shares; `in` and `out` name the sides where it enters
