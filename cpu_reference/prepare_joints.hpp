@@ -32,6 +32,7 @@
 #include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
+#include "cpu_reference/joints/revolutions.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/measure.hpp"
 #include "cpu_reference/sleep.hpp"
@@ -211,6 +212,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
+  count_revolutions(buffers, params, index, current);
+  if (counts_revolutions(buffers, info)) buffers.joint_angles[index] = current.coordinate;
   if (params.substep == 0 && joint.spring == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;

@@ -5,6 +5,7 @@
 #include "joints/current_joint.h"
 #include "joints/factor.h"
 #include "joints/mobility.h"
+#include "joints/revolutions.h"
 #include "sleep.h"
 #include "types.h"
 
@@ -168,11 +169,13 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
 }
 
 static inline void prepare_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
-                                 Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
-                                 global JointBlock* block, JointMeasure* measure) {
+                                 global real* joint_angles, u32 index, Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a,
+                                 Motion b, u32 lane, global JointBlock* block, JointMeasure* measure) {
   const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params->dt / ((real)1 + angle);
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  count_revolutions(info, joint_angles, index, params->dt, a, b, &current);
+  if (counts_revolutions(info)) joint_angles[index] = current.coordinate;
   if (params->substep == 0u && joint.spring == (real)0) measure_joint(params, info, &joint, &current, a, b, measure);
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
@@ -220,7 +223,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
                            global const JointInfo* joint_infos, global const Joint* joints,
                            global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
-                           global u32* counters) {
+                           global real* joint_angles, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   JointMeasure measure = {(real)0, (real)0, (real)0, 0};
   FOR_EACH(slot, params.joint_blocks * PACK) {
@@ -235,8 +238,8 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     Quat q_a, q_b;
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), x_a, q_a, x_b, q_b,
-                  motions[info.body_a], motions[info.body_b], lane, block, &measure);
+    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), joint_angles, index,
+                  x_a, q_a, x_b, q_b, motions[info.body_a], motions[info.body_b], lane, block, &measure);
   }
   if (params.substep != 0u) return;
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, sqrt(measure.separation));

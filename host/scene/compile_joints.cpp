@@ -245,6 +245,8 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     state.features = with(state.features, Feature::screws);
   else
     b.screw_leads.clear();
+  if (std::ranges::any_of(b.joint_infos, [](const JointInfo& joint) { return COUNTS_REVOLUTIONS(joint); }))
+    state.features = with(state.features, Feature::joint_angles);
   const auto rolls = [](const JointInfo& joint) { return is_non_holonomic(static_cast<JointKind>(joint.kind)); };
   if (std::ranges::any_of(b.joint_infos, rolls))
     state.features = with(state.features, Feature::non_holonomic);
