@@ -18,7 +18,6 @@
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
-#include "host/scene/joint_angles.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/shape_kinds.hpp"
 #include "host/scene/shape_size.hpp"
@@ -81,7 +80,6 @@ class Compiler {
     if (has(state_.features, Feature::partitions)) compile_partitions(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
-    if (has(state_.features, Feature::joint_angles)) set_joint_angles(starts_of_joints(), state_.params, buffers());
     return std::move(state_);
   }
 
@@ -103,7 +101,6 @@ class Compiler {
   void add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin);
   void add_surface(const ShapeDescription& whole, bool continuous, u32 body, u32 first_id, const Origin& origin);
   void add_material_pairs(const Scene& scene);
-  std::vector<double> starts_of_joints() const;
   void set_features();
   Feature broad_phase() const;
   void set_sizes();
@@ -324,14 +321,6 @@ Features shape_features(const BodyDescription& body) {
     if (shape.trigger) features = with(with(features, Feature::triggers), Feature::events);
   }
   return features;
-}
-
-template <class real>
-std::vector<double> Compiler<real>::starts_of_joints() const {
-  std::vector<double> starts;
-  for (const Scene& scene : worlds_)
-    for (const JointDescription& joint : scene.joints) starts.push_back(joint.start);
-  return starts;
 }
 
 template <class real>

@@ -28,15 +28,15 @@ std::vector<double> angles_of_substep(const Buffers<real>& buffers, double dt) {
 }
 
 template <class real>
-void set_joint_angles(std::span<const double> angles, const StepParams<real>& params, Buffers<real>& buffers) {
-  const std::vector<double> growths = angles_of_substep(buffers, double(params.dt));
+void set_joint_angles(std::span<const double> angles, double dt, Buffers<real>& buffers) {
+  const std::vector<double> growths = angles_of_substep(buffers, dt);
   buffers.joint_angles.resize(growths.size());
   for (std::size_t j = 0; j < growths.size(); ++j) buffers.joint_angles[j] = static_cast<real>(angles[j] - growths[j]);
 }
 
 #define INSTANTIATE(real)                                                       \
   template std::vector<double> angles_of_substep(const Buffers<real>&, double); \
-  template void set_joint_angles(std::span<const double>, const StepParams<real>&, Buffers<real>&);
+  template void set_joint_angles(std::span<const double>, double, Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)
 #undef INSTANTIATE

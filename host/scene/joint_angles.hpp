@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "host/scene/compile.hpp"
+#include "host/buffers.hpp"
 
 namespace lockstep {
 
@@ -16,6 +16,6 @@ std::vector<double> angles_of_substep(const Buffers<real>& buffers, double dt);
 /// Makes joint_angles of the angles that joints have where their bodies are: the stages expect those of a sub-step
 /// before, from which these velocities have led here (cpu_reference/joints/revolutions.hpp).
 template <class real>
-void set_joint_angles(std::span<const double> angles, const StepParams<real>& params, Buffers<real>& buffers);
+void set_joint_angles(std::span<const double> angles, double dt, Buffers<real>& buffers);
 
 }  // namespace lockstep

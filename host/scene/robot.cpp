@@ -172,7 +172,7 @@ class Assembly {
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
     if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
-    joint.start = drive.start;
+    if (free_of(kind) == FREE_ANGLE) joint.start = drive.start;
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;

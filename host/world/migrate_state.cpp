@@ -279,7 +279,7 @@ void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, st
 template <class real>
 void migrate_angles(std::span<const double> starts, const std::vector<real>& angles, std::span<const u32> new_joint,
                     InitialState<real>& state) {
-  set_joint_angles(starts, state.params, state.buffers);
+  set_joint_angles(starts, double(state.params.dt), state.buffers);
   for (std::size_t j = 0; j < angles.size(); ++j)
     if (new_joint[j] != NONE) state.buffers.joint_angles[new_joint[j]] = angles[j];
 }
