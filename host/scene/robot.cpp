@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "host/error.hpp"
+#include "host/scene/joint_kinds.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/solid_body.hpp"
 
