@@ -41,10 +41,10 @@
 
 namespace lockstep::reference {
 
-/// The law of a spring: u_f = aim - compliance r_l.
+/// The law of a spring: u_f + bias + compliance r_l = 0.
 template <class real>
 struct SpringLaw {
-  real aim, compliance;
+  real bias, compliance;
 };
 
 /// `above`: of its rest, m or rad; `mobility`: of the free row beside the locked ones; `before`: its velocity at the
@@ -54,12 +54,12 @@ SpringLaw<real> spring_law(const Joint<real>& joint, const StepParams<real>& par
                            real before) {
   const real damped = real(1) - params.theta * params.dt * joint.rate;
   if (params.theta != real(0.5) || !(joint.spring_compliance > 0) || !(damped > real(1e-6)))
-    return {-(joint.rate * above), joint.spring_compliance};
+    return {joint.rate * above, joint.spring_compliance};
   const real mass = damped / joint.spring_compliance, z = mass * mobility;
   const real mass_before = mass * (real(1) - (z + real(3)) / (z + real(6)));
   const real compliance = real(1) / (real(1) / joint.spring_compliance - mass_before);
   const real rate = joint.rate / joint.spring_compliance * compliance;
-  return {-(rate * above + compliance * (mass_before * before)), compliance};
+  return {rate * above + compliance * (mass_before * before), compliance};
 }
 
 template <class real>
@@ -73,7 +73,7 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring,
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   if (joint.spring_compliance > 0) {
-    law.slowest = spring.aim;
+    law.slowest = -spring.bias;
     law.fastest = law.slowest;
     return law;
   }

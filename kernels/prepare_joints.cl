@@ -9,14 +9,14 @@
 #include "sleep.h"
 #include "types.h"
 
-// The law of a spring: u_f = aim - compliance r_l.
+// The law of a spring: u_f + bias + compliance r_l = 0.
 typedef struct SpringLaw {
-  real aim, compliance;
+  real bias, compliance;
 } SpringLaw;
 
 static inline SpringLaw joint_spring_law(const Joint joint, const StepParams* params, real above, real mobility,
                                          real before) {
-  SpringLaw law = {-(joint.rate * above), joint.spring_compliance};
+  SpringLaw law = {joint.rate * above, joint.spring_compliance};
 #if FEATURE_JOINTS_AHEAD
   const real damped = (real)1 - params->theta * params->dt * joint.rate;
   if (params->theta != (real)0.5 || !(joint.spring_compliance > (real)0) || !(damped > (real)1e-6)) return law;
@@ -24,7 +24,7 @@ static inline SpringLaw joint_spring_law(const Joint joint, const StepParams* pa
   const real mass_before = mass * ((real)1 - (z + (real)3) / (z + (real)6));
   law.compliance = (real)1 / ((real)1 / joint.spring_compliance - mass_before);
   const real rate = joint.rate / joint.spring_compliance * law.compliance;
-  law.aim = -(rate * above + law.compliance * (mass_before * before));
+  law.bias = rate * above + law.compliance * (mass_before * before);
 #endif
   return law;
 }
@@ -35,7 +35,7 @@ static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, r
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
     if (joint.spring_compliance > (real)0) {
-      slowest = spring.aim;
+      slowest = -spring.bias;
       fastest = slowest;
     } else if (joint.low == joint.high) {
       slowest = -(joint.correction * above / dt + velocity_product);

@@ -99,7 +99,7 @@ TEST_P(Revolutions, LimitsAtThreeOfThemStopThere) {
 }
 
 // Half a revolution to either side lets it go nowhere beyond.
-TEST_P(Revolutions, LimitsAtHalfOfOneHold) {
+TEST_P(Revolutions, LimitsAtHalfOfOneStopIt) {
   Scene scene = wheel();
   scene.joints[0].limited = true;
   scene.joints[0].low = -pi;

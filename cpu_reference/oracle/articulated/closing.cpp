@@ -12,7 +12,7 @@ constexpr int most_iterations = 20;
 constexpr double farthest = 1;  // rad, that closing takes an angle from where it is expected
 
 // Where closing takes an acting coordinate that is to be `wanted`.
-double within_reach(const Joint& joint, double wanted, double expected) {
+double closing_target(const Joint& joint, double wanted, double expected) {
   return counts_revolutions(joint.type) ? std::clamp(wanted, expected - farthest, expected + farthest) : wanted;
 }
 
@@ -41,7 +41,7 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
     if (closure.fixed) {
       all.rows.push_back(acting_row(joint, at));
       const double angle = expected[closure.joint];
-      all.errors.push_back(acting_coordinate(joint, s, angle) - within_reach(joint, closure.at, angle));
+      all.errors.push_back(acting_coordinate(joint, s, angle) - closing_target(joint, closure.at, angle));
     }
   }
   return all;
@@ -55,7 +55,7 @@ ErrorRows with_limits(ErrorRows all, const std::vector<Limit>& limits, const Tre
     const double inside = std::clamp(x, limit.low, limit.high);
     if (x == inside) continue;
     all.rows.push_back(acting_row(joint, at));
-    all.errors.push_back(x - within_reach(joint, inside, angle));
+    all.errors.push_back(x - closing_target(joint, inside, angle));
   }
   return all;
 }

@@ -7,7 +7,7 @@ namespace lockstep::oracle::articulated {
 namespace {
 
 constexpr int changes_at_once = 20, most_changes = 200;
-constexpr double held = 1e-9;  // of what a bound is mobile by without drives, where these hold it
+constexpr double immobile = 1e-9;  // of what a bound is mobile by without drives, where these hold it
 
 // Rows of bounds stand alone in the problem, as the first of three in that of cones.
 Index cone_row(const ReducedProblem& p, Index row) {
@@ -74,7 +74,7 @@ bool yield_to_bound(const ReducedProblem& p, const SparseMatrix& w, const Vector
                     States& states) {
   if (active.rows.empty()) return false;
   for (Index i = p.first_bound(); i < p.first_drive(); ++i) {
-    if (w.coeff(i, i) > held * p.w.coeff(i, i)) continue;
+    if (w.coeff(i, i) > immobile * p.w.coeff(i, i)) continue;
     Index most = 0;
     active.coupling.row(i).cwiseAbs().maxCoeff(&most);
     const Index drive = active.rows[std::size_t(most)] - p.first_drive();
