@@ -8,7 +8,8 @@
 //
 // A free coordinate outside of its limits is brought to the nearer one, counted with what closing the locked rows does
 // to it: as in the solver (cpu_reference/joints/solve_joint.hpp). Joints that are soft on purpose, and
-// springs of free coordinates, are not touched.
+// springs of free coordinates, are not touched. An angle that counts its revolutions is brought no farther than a
+// radian from where its velocity brings it, so that they can be counted; the next sub-steps do the rest.
 //
 // Joints of articulations are closed all at once, before that (cpu_reference/articulations/close_links.hpp).
 //
@@ -20,15 +21,19 @@
 #include "cpu_reference/joints/displace.hpp"
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
+#include "cpu_reference/joints/revolutions.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
 
-/// How far the free coordinate has to move into its limits.
+/// How far the free coordinate has to move from x into its limits, or as far that way as it may.
 template <class real>
-real displacement_into_limits(const Joint<real>& joint, real x) {
+real displacement_into_limits(const Joint<real>& joint, bool counted, real expected, real x) {
   if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
-  return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
+  const real most = expected + real(JOINT_CLOSING_ANGLE), least = expected - real(JOINT_CLOSING_ANGLE);
+  const real low = counted && joint.low > most ? most : joint.low;
+  const real high = counted && joint.high < least ? least : joint.high;
+  return x < low ? low - x : (x > high ? high - x : real(0));
 }
 
 template <class real>
@@ -40,7 +45,8 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const CurrentJoint<real> current = current_joint(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
+  CurrentJoint<real> current = current_joint(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
+  count_revolutions(buffers, params, index, current);
   const JointMobility<real> m =
       joint_mobility(current, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
   const JointFactor<real> factor = factorise(m.k, info.locked);
@@ -61,7 +67,8 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
   const real e = is_free ? m.free_mobility - coupled_mobility : real(0);
-  const real d_free = e > 0 ? displacement_into_limits(joint, x) / e : real(0);
+  const bool counted = counts_revolutions(buffers, info);
+  const real d_free = e > 0 ? displacement_into_limits(joint, counted, current.expected, x) / e : real(0);
   for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;

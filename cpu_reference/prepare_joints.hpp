@@ -23,7 +23,9 @@
 //   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + compliance r_l = 0, with
 //            compliance = 1 / (h (theta h k + c)) and rate = h k compliance (host/scene/compile_joints.cpp). At theta
 //            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace
-//            2 / (1 + h^2 k / 2 m)
+//            2 / (1 + h^2 k / 2 m). A damper there takes c ((1 - t) u_0 + t u_f), u_0 the velocity at the start of the
+//            sub-step: with t 1/2 it is of second order and rings where it is stiff, with t = (z + 3) / (z + 6), z =
+//            h c / m, it is of the same order and does not (t goes to 1)
 // Limits, or the spring, are `slowest <= u_f <= fastest` in the solve (cpu_reference/joints/solve_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.
@@ -32,11 +34,33 @@
 #include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
+#include "cpu_reference/joints/revolutions.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/measure.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
+
+/// The law of a spring: u_f + bias + compliance r_l = 0.
+template <class real>
+struct SpringLaw {
+  real bias, compliance;
+};
+
+/// `above`: of its rest, m or rad; `mobility`: of the free row beside the locked ones; `before`: its velocity at the
+/// start of the sub-step. Of 1 / compliance a damper has the part h c, a share of 1 - theta h rate.
+template <class real>
+SpringLaw<real> spring_law(const Joint<real>& joint, const StepParams<real>& params, real above, real mobility,
+                           real before) {
+  const real damped = real(1) - params.theta * params.dt * joint.rate;
+  if (params.theta != real(0.5) || !(joint.spring_compliance > 0) || !(damped > real(1e-6)))
+    return {joint.rate * above, joint.spring_compliance};
+  const real mass = damped / joint.spring_compliance, z = mass * mobility;
+  const real mass_before = mass * (real(1) - (z + real(3)) / (z + real(6)));
+  const real compliance = real(1) / (real(1) / joint.spring_compliance - mass_before);
+  const real rate = joint.rate / joint.spring_compliance * compliance;
+  return {rate * above + compliance * (mass_before * before), compliance};
+}
 
 template <class real>
 struct FreeLaw {
@@ -45,15 +69,15 @@ struct FreeLaw {
 
 /// `velocity_product` is what the rotation of the bodies adds to the velocity: only a locked coordinate asks.
 template <class real>
-FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, real dt) {
+FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring, real velocity_product, real dt) {
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
-  const real above = x - joint.low, below = joint.high - x;
   if (joint.spring_compliance > 0) {
-    law.slowest = -(joint.rate * above);
+    law.slowest = -spring.bias;
     law.fastest = law.slowest;
     return law;
   }
+  const real above = x - joint.low, below = joint.high - x;
   if (joint.low == joint.high) {
     law.slowest = -(joint.correction * above / dt + velocity_product);
     law.fastest = law.slowest;
@@ -197,6 +221,24 @@ void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, c
              energy_units(real(0.5) * stiffness * (stretch * stretch), params.units_per_joule));
 }
 
+/// Of a body at the start of the sub-step.
+template <class real>
+Velocity<real> velocity_before(const Buffers<real>& buffers, const StepParams<real>& params, u32 body) {
+  if (body < params.bodies) return buffers.previous_velocities[body];
+  return make_velocity(Vec3<real>{0, 0, 0}, Vec3<real>{0, 0, 0});
+}
+
+/// The velocity that the free row had there.
+template <class real>
+real free_velocity_before(const Buffers<real>& buffers, const StepParams<real>& params, const JointInfo& info,
+                          const CurrentJoint<real>& current) {
+  const Velocity<real> a = velocity_before(buffers, params, info.body_a),
+                       b = velocity_before(buffers, params, info.body_b);
+  const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
+  const Vec3<real> u = sub3(add3(vec3(b.v), cross3(w_b, current.arm_b)), add3(vec3(a.v), cross3(w_a, current.arm_a)));
+  return dot3(current.free_axis, info.free == FREE_ANGLE ? sub3(w_b, w_a) : u);
+}
+
 template <class real>
 void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
                    JointBlock<real>& block) {
@@ -211,6 +253,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
+  count_revolutions(buffers, params, index, current);
+  if (counts_revolutions(buffers, info)) buffers.joint_angles[index] = current.coordinate;
   if (params.substep == 0 && joint.spring == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
@@ -246,11 +290,14 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   block.coupled_mobility[lane] = coupled_mobility;
   block.motor_speed[lane] = joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
-  const FreeLaw<real> law = free_law(joint, current.coordinate, velocity_product[JOINT_ROWS], params.dt);
+  const real before = free_velocity_before(buffers, params, info, current);
+  const SpringLaw<real> spring =
+      spring_law(joint, params, current.coordinate - joint.low, block.free_mobility[lane] - coupled_mobility, before);
+  const FreeLaw<real> law = free_law(joint, current.coordinate, spring, velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
   block.bound_softness[lane] = law.bound_softness;
-  block.spring_compliance[lane] = joint.spring_compliance;
+  block.spring_compliance[lane] = spring.compliance;
   block.lead[lane] = current.lead;
 }
 

@@ -55,6 +55,7 @@ enum class Feature : std::uint64_t {
   seams = 1ull << 44,              // some shapes that do not move against each other lie flush
   coupled_normals = 1ull << 45,    // the normal impulses of the points of a pair are found together
   impacts = 1ull << 47,            // how fast contacts come together is wanted; it comes with events
+  joint_angles = 1ull << 49,       // some joints count the revolutions of their angles
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -6,24 +6,29 @@
 #include "joints/displace.h"
 #include "joints/factor.h"
 #include "joints/mobility.h"
+#include "joints/revolutions.h"
 #include "sleep.h"
 #include "types.h"
 
-static inline real closing_displacement_into_limits(const Joint joint, real x) {
+static inline real closing_displacement_into_limits(const Joint joint, bool counted, real expected, real x) {
   if (joint.limited == (real)0 || joint.spring_compliance > (real)0) return (real)0;
-  return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : (real)0);
+  const real most = expected + (real)JOINT_CLOSING_ANGLE, least = expected - (real)JOINT_CLOSING_ANGLE;
+  const real low = counted && joint.low > most ? most : joint.low;
+  const real high = counted && joint.high < least ? least : joint.high;
+  return x < low ? low - x : (x > high ? high - x : (real)0);
 }
 
-static inline void close_joint(u32 bodies, const JointInfo info, const Joint joint, JointSizes sizes,
-                               global const Motion* motions, global Vec4* positions, global Vec4* orientations,
-                               global u32* counters) {
+static inline void close_joint(u32 bodies, real dt, const JointInfo info, const Joint joint, JointSizes sizes,
+                               global const real* joint_angles, u32 index, global const Motion* motions,
+                               global Vec4* positions, global Vec4* orientations, global u32* counters) {
   if (joint.spring > (real)0) return;
   Vec3 x_a, x_b;
   Quat q_a, q_b;
   joint_pose(info.body_a, bodies, positions, orientations, &x_a, &q_a);
   joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
   const Motion a = motions[info.body_a], b = motions[info.body_b];
-  const CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  count_revolutions(info, joint_angles, index, dt, a, b, &current);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
   joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
@@ -45,7 +50,9 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
   const real e = is_free ? free_mobility - coupled_mobility : (real)0;
-  const real d_free = e > (real)0 ? closing_displacement_into_limits(joint, x) / e : (real)0;
+  const bool counted = counts_revolutions(info);
+  const real expected = counted ? current.expected : (real)0;
+  const real d_free = e > (real)0 ? closing_displacement_into_limits(joint, counted, expected, x) / e : (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
@@ -66,15 +73,16 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
 kernel void close_joint_phase(const StepParams params, const u32 begin, const u32 end,
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
                               global const Joint* joints, global const real* screw_leads,
-                              global const real* rolling_radii, global const Motion* motions,
-                              global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
-                              global u32* counters) {
+                              global const real* rolling_radii, global const real* joint_angles,
+                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
+                              global Vec4* orientations, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
-                motions, positions, orientations, counters);
+    close_joint(params.bodies, params.dt, joint_infos[index], joints[index],
+                joint_sizes(screw_leads, rolling_radii, index), joint_angles, index, motions, positions, orientations,
+                counters);
   }
 }
 
@@ -89,8 +97,9 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
                              global const real* screw_leads, global const real* rolling_radii,
-                             global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
-                             global Vec4* orientations, global u32* counters) {
+                             global const real* joint_angles, global const Motion* motions,
+                             global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
+                             global u32* counters) {
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
   const u32 runs = STEP_ABORTED(counters) ? 0u : sweeps * count;
   u32 run = 0u;
@@ -100,8 +109,9 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
-                  motions, positions, orientations, counters);
+      close_joint(params.bodies, params.dt, joint_infos[index], joints[index],
+                  joint_sizes(screw_leads, rolling_radii, index), joint_angles, index, motions, positions, orientations,
+                  counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++run < runs);
@@ -109,17 +119,15 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
 
 #if FEATURE_ARTICULATIONS
 // A work-group has an articulation for itself, and every n-th behind it: `sweeps` steps of Newton's method.
-kernel void close_articulations(const StepParams params, const u32 articulation_count, const u32 sweeps,
-                                global const Articulation* articulations, global const LinkInfo* links,
-                                global const u32* link_levels, global const JointInfo* joint_infos,
-                                global const Joint* joints, global const real* screw_leads,
-                                global const real* rolling_radii, global const Motion* motions,
-                                global const Sleeper* sleepers, global LinkFactor* link_factors,
-                                global LinkMotion* link_motions, global const ClosureSet* closure_sets,
-                                global const ClosureInfo* closures, global LinkFactor* closure_factors,
-                                global real* closure_matrix, global real* closure_wanted,
-                                global LinkMotion* closure_columns, global u32* articulation_angles,
-                                global Vec4* positions, global Vec4* orientations, global u32* counters) {
+kernel void close_articulations(
+    const StepParams params, const u32 articulation_count, const u32 sweeps, global const Articulation* articulations,
+    global const LinkInfo* links, global const u32* link_levels, global const JointInfo* joint_infos,
+    global const Joint* joints, global const real* screw_leads, global const real* rolling_radii,
+    global const real* joint_angles, global const Motion* motions, global const Sleeper* sleepers,
+    global LinkFactor* link_factors, global LinkMotion* link_motions, global const ClosureSet* closure_sets,
+    global const ClosureInfo* closures, global LinkFactor* closure_factors, global real* closure_matrix,
+    global real* closure_wanted, global LinkMotion* closure_columns, global u32* articulation_angles,
+    global Vec4* positions, global Vec4* orientations, global u32* counters) {
   const CurrentJoints current = CURRENT_JOINTS;
   const Closures all = CLOSURES;
   u32 tree = (u32)get_group_id(0);

@@ -253,7 +253,7 @@ kernel void hash_state_touching(global const BodyInfo* body_infos, global const 
 
 kernel void hash_state_joints(const StepParams params, global const JointInfo* joint_infos,
                               global const JointLanes* joint_lanes, global const JointImpulseBlock* joint_impulses,
-                              global WorldHash* world_hashes) {
+                              global const real* joint_angles, global WorldHash* world_hashes) {
   const u32 real_words = (u32)(sizeof(real) / sizeof(u32));
   HashSum sum = hash_nothing();
   FOR_EACH(slot, params.joint_blocks * PACK) {
@@ -264,6 +264,10 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
     ulong h = hash_word(hash_start(HASHED_JOINT), joint_infos[joint].id);
     for (u32 i = 0u; i < JOINT_ROWS; ++i) h = hash_words(h, (global const u32*)&impulses->locked[i][lane], real_words);
     h = hash_words(h, (global const u32*)&impulses->free[lane], real_words);
+#if FEATURE_JOINT_ANGLES
+    if (COUNTS_REVOLUTIONS(joint_infos[joint]))
+      h = hash_words(h, (global const u32*)(joint_angles + joint), real_words);
+#endif
     hash_add_state(&sum, h);
   }
   hash_hand_over(&sum, world_hashes);

@@ -10,6 +10,11 @@
 #define JOINT_UNBOUNDED 1e30f
 // Whether of the angles only that about y of a cross is locked: a universal joint's.
 #define LOCKS_CROSS(locked) ((locked) >> 3 == 2u)
+// Whether its angle is kept from step to step, with its revolutions; those of a screw its travel tells.
+#define COUNTS_REVOLUTIONS(info) ((info).free == FREE_ANGLE && (info).kind != JOINT_SCREW)
+// Closing takes such an angle no farther than this from where its velocity brings it, rad: far less than half a
+// revolution.
+#define JOINT_CLOSING_ANGLE 1
 // Whether nothing but the velocity along an axis of b is locked: a skate's.
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 
@@ -23,10 +28,10 @@ enum JointKind {
 // The coordinate of a joint that limits, a motor, a spring and friction act on.
 enum JointFree {
   FREE_NOTHING = 0,  // there is none
-  FREE_ANGLE = 1,   // by which b is turned against a about the axis, -pi .. pi, from how they stood at load; of a screw
-                    // with its whole turns, of a universal joint that of its cross
-  FREE_TRAVEL = 2,  // of b's anchor from a's, along the axis
-  FREE_LENGTH = 3   // from anchor to anchor
+  FREE_ANGLE = 1,    // by which b is rotated against a about the axis, with all its revolutions, from how they stood at
+                     // load; of a universal joint that of its cross
+  FREE_TRAVEL = 2,   // of b's anchor from a's, along the axis
+  FREE_LENGTH = 3    // from anchor to anchor
 };
 
 // The frame of a joint is fixed in both bodies, and was one at load.

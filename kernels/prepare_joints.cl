@@ -5,16 +5,37 @@
 #include "joints/current_joint.h"
 #include "joints/factor.h"
 #include "joints/mobility.h"
+#include "joints/revolutions.h"
 #include "sleep.h"
 #include "types.h"
 
-static inline void joint_free_law(const Joint joint, real x, real velocity_product, real dt, u32 lane,
+// The law of a spring: u_f + bias + compliance r_l = 0.
+typedef struct SpringLaw {
+  real bias, compliance;
+} SpringLaw;
+
+static inline SpringLaw joint_spring_law(const Joint joint, const StepParams* params, real above, real mobility,
+                                         real before) {
+  SpringLaw law = {joint.rate * above, joint.spring_compliance};
+#if FEATURE_JOINTS_AHEAD
+  const real damped = (real)1 - params->theta * params->dt * joint.rate;
+  if (params->theta != (real)0.5 || !(joint.spring_compliance > (real)0) || !(damped > (real)1e-6)) return law;
+  const real mass = damped / joint.spring_compliance, z = mass * mobility;
+  const real mass_before = mass * ((real)1 - (z + (real)3) / (z + (real)6));
+  law.compliance = (real)1 / ((real)1 / joint.spring_compliance - mass_before);
+  const real rate = joint.rate / joint.spring_compliance * law.compliance;
+  law.bias = rate * above + law.compliance * (mass_before * before);
+#endif
+  return law;
+}
+
+static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, real velocity_product, real dt, u32 lane,
                                   global JointBlock* block) {
   real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, bound_softness = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
     if (joint.spring_compliance > (real)0) {
-      slowest = -(joint.rate * above);
+      slowest = -spring.bias;
       fastest = slowest;
     } else if (joint.low == joint.high) {
       slowest = -(joint.correction * above / dt + velocity_product);
@@ -114,6 +135,23 @@ static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoin
 }
 #endif
 
+#if FEATURE_JOINTS_AHEAD
+static inline Velocity joint_velocity_before(u32 body, u32 bodies, global const Velocity* previous_velocities) {
+  Velocity none = {{0}};
+  return body < bodies ? previous_velocities[body] : none;
+}
+
+// The velocity that the free row had at the start of the sub-step.
+static inline real joint_free_velocity_before(global const Velocity* previous_velocities, u32 bodies,
+                                              const JointInfo info, const CurrentJoint* current) {
+  const Velocity a = joint_velocity_before(info.body_a, bodies, previous_velocities);
+  const Velocity b = joint_velocity_before(info.body_b, bodies, previous_velocities);
+  const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
+  const Vec3 u = sub3(add3(vec3(b.v), cross3(w_b, current->arm_b)), add3(vec3(a.v), cross3(w_a, current->arm_a)));
+  return dot3(current->free_axis, info.free == FREE_ANGLE ? sub3(w_b, w_a) : u);
+}
+#endif
+
 // What is off at a joint; squares of lengths and of angles.
 typedef struct JointMeasure {
   real separation, ratio, angle;
@@ -168,11 +206,14 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
 }
 
 static inline void prepare_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
+                                 global const Velocity* previous_velocities, global real* joint_angles, u32 index,
                                  Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
                                  global JointBlock* block, JointMeasure* measure) {
   const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params->dt / ((real)1 + angle);
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  count_revolutions(info, joint_angles, index, params->dt, a, b, &current);
+  if (counts_revolutions(info)) joint_angles[index] = current.coordinate;
   if (params->substep == 0u && joint.spring == (real)0) measure_joint(params, info, &joint, &current, a, b, measure);
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
@@ -210,17 +251,23 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   block->coupled_mobility[lane] = coupled_mobility;
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
-  block->spring_compliance[lane] = joint.spring_compliance;
   block->lead[lane] = sizes.lead;
-  joint_free_law(joint, current.coordinate, velocity_product[JOINT_ROWS], params->dt, lane, block);
+  real before = (real)0;
+#if FEATURE_JOINTS_AHEAD
+  before = joint_free_velocity_before(previous_velocities, params->bodies, info, &current);
+#endif
+  const real mobility = (is_free ? free_mobility : (real)0) - coupled_mobility;
+  const SpringLaw spring = joint_spring_law(joint, params, current.coordinate - joint.low, mobility, before);
+  block->spring_compliance[lane] = spring.compliance;
+  joint_free_law(joint, current.coordinate, spring, velocity_product[JOINT_ROWS], params->dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
-                           global const Motion* motions, global const Sleeper* sleepers,
-                           global const JointInfo* joint_infos, global const Joint* joints,
-                           global const real* screw_leads, global const real* rolling_radii,
+                           global const Motion* motions, global const Velocity* previous_velocities,
+                           global const Sleeper* sleepers, global const JointInfo* joint_infos,
+                           global const Joint* joints, global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
-                           global u32* counters) {
+                           global real* joint_angles, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   JointMeasure measure = {(real)0, (real)0, (real)0, 0};
   FOR_EACH(slot, params.joint_blocks * PACK) {
@@ -235,8 +282,9 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     Quat q_a, q_b;
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), x_a, q_a, x_b, q_b,
-                  motions[info.body_a], motions[info.body_b], lane, block, &measure);
+    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), previous_velocities,
+                  joint_angles, index, x_a, q_a, x_b, q_b, motions[info.body_a], motions[info.body_b], lane, block,
+                  &measure);
   }
   if (params.substep != 0u) return;
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, sqrt(measure.separation));

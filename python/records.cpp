@@ -102,10 +102,10 @@ void add_records(py::module_& module) {
   py::class_<JointState>(module, "JointState",
                          "How a joint stands, and what it does. Forces are those of the last sub-step, 0 before the "
                          "first; world frame.")
-      .def_readonly(
-          "coordinate", &JointState::coordinate,
-          "Angle of a hinge, planar, universal or screw joint, rad; travel of a slider or cylindrical joint or "
-          "length of a distance joint, m; of others 0.")
+      .def_readonly("coordinate", &JointState::coordinate,
+                    "Angle of a hinge, planar, universal or screw joint, with its revolutions, rad; travel of a slider "
+                    "or cylindrical joint or "
+                    "length of a distance joint, m; of others 0.")
       .def_readonly("speed", &JointState::speed, "Its rate, rad/s or m/s.")
       .def_readonly("drive", &JointState::drive,
                     "What motor, friction, limits or spring give along the coordinate, N m or N.")

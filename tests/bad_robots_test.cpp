@@ -101,9 +101,6 @@ TEST_F(BadRobots, EachKindOfBadFileIsRefusedInOneLine) {
       {robot(ab + joint("revolute", "a", "b")), "robot.urdf:4: <joint>: needs the element <limit>"},
       {robot(ab + joint("prismatic", "a", "b", R"(<limit lower="1" upper="-1"/>)")),
        "robot.urdf:4: <limit>: lower must not be above upper, they are 1 and -1"},
-      {robot(ab + joint("revolute", "a", "b", R"(<limit lower="-6" upper="6"/>)")),
-       "robot.urdf:4: <limit>: angles are told from -pi to pi, the limits are -6 and 6; narrow them, or make the joint "
-       "continuous"},
       {robot(ab + joint("revolute", "a", "b", limit + R"(<axis xyz="0 0 0"/>)")),
        "robot.urdf:4: <axis> xyz: must not be zero: it is a direction"},
       {robot(ab + joint("revolute", "a", "b", limit + R"(<dynamics damping="-1"/>)")),
@@ -143,6 +140,8 @@ TEST_F(BadRobots, WhatASceneSaysWrongOfARobotIsRefused) {
        "scene.json: /robots/0/joints/0/name: unknown joint that moves \"a_b\"; did you mean \"a_c\"?"},
       {said(R"({"name": "a_c"}, {"name": "a_c"})"),
        "scene.json: /robots/0/joints/1/name: names the joint \"a_c\" again; say all in one place"},
+      {said(R"({"name": "world_a", "start": -2e4})"),
+       "scene.json: /robots/0/joints/0/start: must be an angle of 10000 rad at most"},
       {said(R"({"name": "a_c", "start_deg": 1})"),
        "scene.json: /robots/0/joints/0/start_deg: belongs to a joint that turns; give \"start\""},
       {said(R"({"name": "a_c", "motor": {"speed": 1, "max_torque": 1}})"),

@@ -192,6 +192,19 @@ TEST_F(Mjcf, JointsRotateAboutTheirOwnAnchor) {
   EXPECT_NEAR(joint_after(slide, 1000, "j").coordinate, -0.5, 1e-5);
 }
 
+// A ball 1 m out on an arm that has swung through falls back; a spring of three revolutions holds it there against
+// that.
+TEST_F(Mjcf, AnglesCountRevolutions) {
+  const Scene limited =
+      world(R"(<body name="a"><joint name="j" axis="0 0 1" range="-400 700"/>)" + unit_ball + "</body>");
+  EXPECT_NEAR(limited.joints.at(0).low, -400 * exact::pi / 180, 1e-14);
+  EXPECT_NEAR(limited.joints.at(0).high, 700 * exact::pi / 180, 1e-14);
+  const Scene sprung = world(R"(<body name="a"><joint name="j" axis="0 0 1" stiffness="100" damping="20"
+      springref="1080"/>)" + unit_ball +
+                             "</body>");
+  EXPECT_NEAR(joint_after(sprung, 4000, "j").coordinate, 6 * exact::pi, 1e-6);
+}
+
 TEST_F(Mjcf, SpringsOfJointsRestWhereTheyAreTold) {
   // m g = k (rest - z): counted from ref, rest is 0.5 - 0.2
   const Scene scene = world(R"(<body name="a"><joint name="j" type="slide" stiffness="100" springref="0.5" ref="0.2"

@@ -162,6 +162,24 @@ TEST_F(Robots, JointsStartWhereTheSceneSays) {
   EXPECT_NEAR(slid.bodies.at(0).position[1], 1, 1e-15);  // x of the joint is y of the world
 }
 
+// From 1.5 revolutions, where the arm stands across, it falls by a quarter until a limit below two stops it.
+TEST_F(Robots, AnglesCountRevolutions) {
+  const std::string robot_text =
+      robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>
+                                          <limit lower="-12" upper="10"/>)"));
+  const double start = 3 * exact::pi;
+  const Scene scene = scene_of(robot_text, R"(, "joints": [{"name": "world_a", "start": 9.42477796076938}])");
+  EXPECT_EQ(scene.joints.at(0).low, -12);
+  EXPECT_NEAR(scene.bodies.at(0).position[0], -0.5, 1e-12);
+  EXPECT_NEAR(coordinate_after(scene, 0), start, 1e-12);
+  EXPECT_LT(coordinate_after(scene, 30), start) << "an arm along -x falls the other way about y";
+  const Scene limited =
+      scene_of(robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>
+                                          <limit lower="9" upper="10"/>)")),
+               R"(, "joints": [{"name": "world_a", "start": 9.42477796076938}])");
+  EXPECT_NEAR(coordinate_after(limited, 300), 9, 1e-3);
+}
+
 TEST_F(Robots, LimitsAreKept) {
   const Scene scene =
       scene_of(robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>

@@ -10,6 +10,7 @@
 #include "cpu_reference/articulations/solve_links.hpp"
 #include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/joints/displace.hpp"
+#include "cpu_reference/joints/revolutions.hpp"
 
 namespace lockstep::reference {
 
@@ -24,7 +25,8 @@ u32 write_current_link_joint(const Buffers<real>& b, const StepParams<real>& par
   Quat<real> q_a, q_b;
   joint_pose(b, params, info.body_a, x_a, q_a);
   joint_pose(b, params, info.body_b, x_b, q_b);
-  const CurrentJoint<real> current = current_joint(joint, info, joint_sizes(b, link.joint), x_a, q_a, x_b, q_b);
+  CurrentJoint<real> current = current_joint(joint, info, joint_sizes(b, link.joint), x_a, q_a, x_b, q_b);
+  count_revolutions(b, params, link.joint, current);
   const bool rod =
       info.free != FREE_NOTHING && joint.limited != 0 && joint.low == joint.high && !(joint.spring_compliance > 0);
   const real sign = link.is_b != 0 ? real(1) : real(-1);

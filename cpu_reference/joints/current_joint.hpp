@@ -5,9 +5,11 @@
 // n . (w_b - w_a). The joint's frame is that of the cross, (n x z_a, n, z_a): it turns with z_a in a, by the angle of
 // the first arm, so that the locked row is that of y. (Shabana, Computational Dynamics, 2010, 3.3 has the conditions.)
 //
-// A screw ties what a hinge and a slider leave free: travel = lead angle, lead = pitch / 2 pi, m a radian. Whole turns
-// are not remembered: of all that its thread allows the angle is the one nearest to what the travel says, right as long
-// as a step leaves less than half a pitch of error.
+// Angles are those in -pi .. pi; cpu_reference/joints/revolutions.hpp adds their revolutions.
+//
+// A screw ties what a hinge and a slider leave free: travel = lead angle, lead = pitch / 2 pi, m a radian. Its
+// revolutions are not remembered: of all that its thread allows the angle is the one nearest to what the travel says,
+// right as long as a step leaves less than half a pitch of error.
 //
 // Two kinds lock velocities that no condition on poses stands for (non-holonomic, survey 2.2), and are never off in
 // them. A skate may not move along the axis, which is fixed in b: its edge turns with it. A ball that rolls has b's
@@ -33,6 +35,7 @@ struct CurrentJoint {
                            // are locked the sine by which b's axis is off
   Vec3<real> free_axis;
   real coordinate;  // the free one, m or rad
+  real expected;    // of an angle that counts revolutions, rad: where its velocity brings it
   real lead;        // of a screw, m a radian; 0 of others
   real radius;      // of what rolls, m; 0 of others
 };

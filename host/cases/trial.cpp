@@ -34,8 +34,9 @@ class SeenIn final : public Seen {
   }
 
   Vector3 joint_force(u32 index) override {
-    constexpr Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions,     Buffer::joint_infos,
-                                 Buffer::joints,    Buffer::screw_leads,  Buffer::joint_lanes, Buffer::joint_impulses};
+    constexpr Buffer wanted[] = {Buffer::positions,   Buffer::orientations,   Buffer::motions,
+                                 Buffer::joint_infos, Buffer::joints,         Buffer::screw_leads,
+                                 Buffer::joint_lanes, Buffer::joint_impulses, Buffer::joint_angles};
     const Eigen::Vector3d force =
         measure_joint(simulation_.backend().download(wanted), simulation_.params(), index).force;
     return {force.x(), force.y(), force.z()};

@@ -47,6 +47,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joints_ahead, "JOINTS_AHEAD"},
     {Feature::closed_joints, "CLOSED_JOINTS"},
     {Feature::screws, "SCREWS"},
+    {Feature::joint_angles, "JOINT_ANGLES"},
     {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::sleeping, "SLEEPING"},
     {Feature::facets, "FACETS"},

@@ -56,6 +56,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::joint_springs, Feature::joints},
     {Feature::closed_joints, Feature::joints},
     {Feature::screws, Feature::joints},
+    {Feature::joint_angles, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/scene/joint_angles.hpp"
 #include "host/sleepers.hpp"
 
 namespace lockstep {
@@ -35,6 +36,32 @@ void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   if (any) backend.upload(Buffer::sleepers, woken);
 }
 
+// Whether a velocity is set by which a joint could seem to have rotated by half a revolution in a sub-step.
+template <class real>
+bool sets_fast_rotation(std::span<const InputRow> inputs, const std::vector<Motion<real>>& motions, double dt) {
+  constexpr double fast = 1;  // rad in a sub-step, of a body
+  return std::ranges::any_of(inputs, [&](const InputRow& row) {
+    if (row.kind != InputKind::velocity) return false;
+    double squares = 0;
+    for (unsigned k = 0; k < 3; ++k)
+      squares += (row.angular[k] - double(motions[row.body].w[k])) * (row.angular[k] - double(motions[row.body].w[k]));
+    return squares * dt * dt > fast * fast;
+  });
+}
+
+// What the angles of joints that count revolutions need beside motions.
+template <class real>
+void load_joint_angles(Backend<real>& backend, Buffers<real>& moving) {
+  const Buffer wanted[] = {Buffer::body_infos, Buffer::orientations, Buffer::joint_infos, Buffer::joints,
+                           Buffer::joint_angles};
+  const Buffers<real>& current = backend.download(wanted);
+  moving.body_infos = current.body_infos;
+  moving.orientations = current.orientations;
+  moving.joint_infos = current.joint_infos;
+  moving.joints = current.joints;
+  moving.joint_angles = current.joint_angles;
+}
+
 }  // namespace
 
 template <class real>
@@ -47,12 +74,17 @@ Buffers<real> driven_by_inputs(const Buffers<real>& state) {
 }
 
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven) {
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven, double dt) {
   const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
   wake(inputs, backend);
   const Buffer motions[] = {Buffer::motions};
   Buffers<real> moving;
+  std::vector<double> growths;  // of the angles of joints in a sub-step, where these velocities change them much
   if (any(InputKind::velocity)) moving.motions = backend.download(motions).motions;
+  if (has(backend.features(), Feature::joint_angles) && sets_fast_rotation(inputs, moving.motions, dt)) {
+    load_joint_angles(backend, moving);
+    growths = angles_of_substep(moving, dt);
+  }
   for (const InputRow& row : inputs) {
     switch (row.kind) {
       case InputKind::velocity:
@@ -77,6 +109,12 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
     }
   }
   if (any(InputKind::velocity)) backend.upload(Buffer::motions, moving);
+  if (!growths.empty()) {  // the new velocities have not led here
+    const std::vector<double> seeming = angles_of_substep(moving, dt);
+    for (std::size_t j = 0; j < growths.size(); ++j)
+      moving.joint_angles[j] = static_cast<real>(double(moving.joint_angles[j]) + (growths[j] - seeming[j]));
+    backend.upload(Buffer::joint_angles, moving);
+  }
   if (any(InputKind::load)) backend.upload(Buffer::loads, driven);
   if (any(InputKind::motor)) backend.upload(Buffer::joints, driven);
   if (any(InputKind::gravity)) backend.upload(Buffer::gravities, driven);
@@ -84,7 +122,7 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
 
 template Buffers<float> driven_by_inputs(const Buffers<float>&);
 template Buffers<double> driven_by_inputs(const Buffers<double>&);
-template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&);
-template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&);
+template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&, double);
+template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&, double);
 
 }  // namespace lockstep

@@ -12,8 +12,8 @@ template <class real>
 Buffers<real> driven_by_inputs(const Buffers<real>& state);
 
 /// Does it, before a step: overwrites velocities, lets loads act, drives motors and pulls otherwise; restores are none
-/// of it. `held` is the caller's copy of what the backend holds of these, and is kept up.
+/// of it. `driven` is the caller's copy of what the backend holds of these, and is kept up; `dt` is a sub-step, s.
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven);
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven, double dt);
 
 }  // namespace lockstep

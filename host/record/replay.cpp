@@ -43,7 +43,8 @@ class InputReplay {
       while (end < inputs_.size() && inputs_[end].row == row && inputs_[end].kind != InputKind::restore &&
              !last_restore_.contains({row, end}))
         ++end;
-      act(std::span(inputs_).subspan(next_, end - next_), simulation_.backend(), driven_);
+      act(std::span(inputs_).subspan(next_, end - next_), simulation_.backend(), driven_,
+          double(simulation_.params().dt));
       next_ = end;
     }
   }

@@ -76,19 +76,43 @@ u32 told_rows(const JointInfo& info) {
   return info.kind == JOINT_SKATE ? 0u : info.locked;
 }
 
-// That of a screw with the whole turns that its travel tells.
-double coordinate(const Offset& offset, const JointInfo& info, double lead) {
+// In -pi .. pi.
+double angle_of(const Offset& offset, const JointInfo& info) {
+  if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
+  return std::remainder(2 * std::atan2(offset.rotation.z(), offset.rotation.w()), two_pi);
+}
+
+// Where its velocity brings an angle that counts revolutions (cpu_reference/joints/revolutions.hpp), or the travel of a
+// screw its angle.
+template <class real>
+double expected_angle(const Buffers<real>& buffers, double dt, u32 index, const Offset& offset) {
+  const JointInfo& info = buffers.joint_infos[index];
+  if (const double lead = lead_of(buffers, index); lead != 0) return offset.d.z() / lead;
+  if (buffers.joint_angles.empty()) return 0;
+  const Quaterniond frame = body_frame(buffers, info.body_a).orientation * rotation(buffers.joints[index].frame_a);
+  const Vector3d w = vector3(buffers.motions[info.body_b].w) - vector3(buffers.motions[info.body_a].w);
+  return double(buffers.joint_angles[index]) + dt * (frame * Vector3d::UnitZ()).dot(w);
+}
+
+template <class real>
+double coordinate(const Buffers<real>& buffers, double dt, u32 index, const Offset& offset) {
+  const JointInfo& info = buffers.joint_infos[index];
+  if (info.free == FREE_NOTHING) return 0;
   if (info.free == FREE_TRAVEL) return offset.d.z();
   if (info.free == FREE_LENGTH) return offset.d.norm();
-  if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
-  const double angle = std::remainder(2 * std::atan2(offset.rotation.z(), offset.rotation.w()), two_pi);
-  return lead == 0 ? angle : angle + two_pi * std::round((offset.d.z() / lead - angle) / two_pi);
+  const double angle = angle_of(offset, info);
+  return angle + two_pi * std::round((expected_angle(buffers, dt, index, offset) - angle) / two_pi);
+}
+
+// By how much the travel of a screw is off what its angle says.
+double thread_error(const Offset& offset, const JointInfo& info, double lead) {
+  return std::remainder(offset.d.z() - lead * angle_of(offset, info), two_pi * lead);
 }
 
 // The joint's axes in the world: those of its frame in a, or of its cross; of a skate those of its frame in b.
 Eigen::Matrix3d axes_of(const Quaterniond& frame, const Offset& offset, const JointInfo& info) {
   if (info.kind == JOINT_SKATE) return (frame * offset.rotation).toRotationMatrix();
-  const double angle = LOCKS_CROSS(info.locked) ? coordinate(offset, info, 0) : 0;
+  const double angle = LOCKS_CROSS(info.locked) ? angle_of(offset, info) : 0;
   return (frame * Eigen::AngleAxisd(angle, Vector3d::UnitZ())).toRotationMatrix();
 }
 
@@ -125,7 +149,7 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Offset offset = offset_of(buffers, index);
   Vector3d d = offset.d;
   const Quaterniond& rotation = offset.rotation;
-  if (const double lead = lead_of(buffers, index); lead != 0) d.z() -= lead * coordinate(offset, info, lead);
+  if (const double lead = lead_of(buffers, index); lead != 0) d.z() = thread_error(offset, info, lead);
 
   JointDrift drift;
   drift.separation = locked_length(d, told_rows(info) & 7);
@@ -138,7 +162,7 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
   const bool bounded = joint.limited != 0 && !(joint.spring_compliance > 0) && info.free != FREE_ANGLE;
   const double beyond_limits =
-      bounded ? beyond(coordinate(offset, info, lead_of(buffers, index)), double(joint.low), double(joint.high)) : 0;
+      bounded ? beyond(coordinate(buffers, 0, index, offset), double(joint.low), double(joint.high)) : 0;
   if (const double size = joint_size(buffers, index); size > 0 && joint.spring == 0)
     drift.ratio = std::max(drift.separation, beyond_limits) / size;
   return drift;
@@ -175,7 +199,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
   const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
   const Vector3d axis = axes.col(2), along = frame * offset.d.normalized();
-  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, lead);
+  measures.coordinate = coordinate(buffers, double(params.dt), index, offset);
   if (info.free == FREE_ANGLE) measures.speed = axis.dot(relative_w);
   if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
@@ -195,8 +219,7 @@ template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
   if (joint.spring_compliance == 0) return 0;
-  const double stretch =
-      coordinate(offset_of(buffers, index), buffers.joint_infos[index], lead_of(buffers, index)) - double(joint.low);
+  const double stretch = coordinate(buffers, double(params.dt), index, offset_of(buffers, index)) - double(joint.low);
   const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
   return 0.5 * stiffness * stretch * stretch;
 }

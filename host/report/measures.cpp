@@ -131,8 +131,9 @@ std::vector<Buffer> measured_buffers(Features features) {
                                  Buffer::positions,    Buffer::orientations, Buffer::motions};
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
   if (has(features, Feature::joints)) {
-    for (const Buffer buffer : {Buffer::joint_infos, Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii,
-                                Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses})
+    for (const Buffer buffer :
+         {Buffer::joint_infos, Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes,
+          Buffer::joint_blocks, Buffer::joint_impulses, Buffer::joint_angles})
       buffers.push_back(buffer);
   }
   if (has(features, Feature::sleeping)) buffers.push_back(Buffer::sleepers);

@@ -5,6 +5,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/compile_articulations.hpp"
+#include "host/scene/joint_angles.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/spring.hpp"
@@ -218,6 +219,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   const Settings& settings = worlds[0].settings;
   const u32 null_body = static_cast<u32>(b.body_infos.size());
   std::vector<BodyPair> joined;
+  std::vector<double> starts;
   for (u32 world = 0; world < worlds.size(); ++world) {
     const Scene& scene = worlds[world];
     const u32 first_body = b.world_ranges[world].first_body;
@@ -230,6 +232,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
       b.screw_leads.push_back(screw_lead<real>(joint, {scene, nullptr, &joint}));
       b.rolling_radii.push_back(make_radius<real>(joint, {scene, nullptr, &joint}));
+      starts.push_back(joint.start);
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
       joined.push_back({body_b, body_a});
@@ -245,6 +248,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     state.features = with(state.features, Feature::screws);
   else
     b.screw_leads.clear();
+  if (std::ranges::any_of(b.joint_infos, [](const JointInfo& joint) { return COUNTS_REVOLUTIONS(joint); })) {
+    state.features = with(state.features, Feature::joint_angles);
+    set_joint_angles(starts, settings.dt / substeps_of(settings), b);
+  }
   const auto rolls = [](const JointInfo& joint) { return is_non_holonomic(static_cast<JointKind>(joint.kind)); };
   if (std::ranges::any_of(b.joint_infos, rolls))
     state.features = with(state.features, Feature::non_holonomic);

@@ -59,9 +59,4 @@ inline bool is_non_holonomic(JointKind kind) { return info(kind).level == Constr
 /// Whether a kind has an axis, z of its frame: a universal joint has two.
 inline bool has_axis(JointKind kind) { return has_key(kind, JOINT_HAS_AXIS) || has_key(kind, JOINT_HAS_AXES); }
 
-/// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
-inline bool has_angle_within_pi(JointKind kind) {
-  return free_of(kind) == FREE_ANGLE && !has_key(kind, JOINT_HAS_PITCH);
-}
-
 }  // namespace lockstep

@@ -22,11 +22,6 @@ void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool i
   joint.high = range[1] * unit - out.reference;
   if (joint.low > joint.high)
     holder.fail("range", fmt::format("must not begin above its end, is {} to {}", range[0], range[1]));
-  if (is_revolute && (joint.low < -exact::pi || joint.high > exact::pi))
-    holder.fail("range",
-                fmt::format("angles are told from -180 to 180 degrees from where the joint is at load, and this "
-                            "goes from {:.6g} to {:.6g}; narrow it, or make it limited=\"false\"",
-                            joint.low * 180 / exact::pi, joint.high * 180 / exact::pi));
   joint.kind = is_revolute ? RobotJointKind::revolute : RobotJointKind::prismatic;
 }
 

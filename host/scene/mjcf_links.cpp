@@ -114,10 +114,7 @@ void read_joint_lock(const XmlNode& node, const MjcfNames& names, Robot& robot) 
     node.fail("joint2", "joints that follow another one are not simulated; remove it, and give the joint a spring");
   double reference = 0;
   RobotJoint& joint = joint_of(node, "joint1", names, robot, reference);
-  const double at = node.has("polycoef") ? node.numbers("polycoef", 1, 5)[0] : 0;
-  if (std::abs(at) > exact::pi && joint.kind != RobotJointKind::prismatic && joint.kind != RobotJointKind::sliding)
-    node.fail("polycoef", fmt::format("must begin with an angle in -pi .. pi, does with {}", at));
-  joint.locked_at = at;
+  joint.locked_at = node.has("polycoef") ? node.numbers("polycoef", 1, 5)[0] : 0;
 }
 
 void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {

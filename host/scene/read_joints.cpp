@@ -27,10 +27,6 @@ void need_keys(const JsonNode& node, const char* kind, std::initializer_list<con
   }
 }
 
-void refuse_far_angle(const JsonNode& node, JointKind kind, const char* what) {
-  node.fail(fmt::format("the angle of a {} is told from -180 to 180 degrees{}", noun_of(kind), what));
-}
-
 void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (node.has("limits") && node.has("limits_deg")) node.fail("has both \"limits\" and \"limits_deg\"; give one");
   const char* key = node.has("limits_deg") ? "limits_deg" : "limits";
@@ -47,8 +43,6 @@ void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) 
   const double scale = node.has("limits_deg") ? degree : 1;
   joint.low *= scale;
   joint.high *= scale;
-  if (has_angle_within_pi(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
-    refuse_far_angle(limits, joint.kind, "; limits must lie there");
 }
 
 void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
@@ -87,12 +81,9 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
   if (spring.has("damping")) s.damping = spring.at("damping").not_negative();
   if (s.stiffness == 0 && s.damping == 0) spring.fail("needs a stiffness or a damping above 0");
   if (free == FREE_LENGTH) s.rest = exact::length(exact::subtract(joint.anchor_b, joint.anchor_a));
-  const bool in_degrees = spring.has("rest_deg");
-  if (!in_degrees && !spring.has("rest")) return;
+  if (!spring.has("rest_deg") && !spring.has("rest")) return;
   s.rest = free == FREE_ANGLE ? angle_at(spring, "rest", "rest_deg") : spring.at("rest").number();
   if (free == FREE_LENGTH && s.rest < 0) spring.at("rest").fail("a distance is never below 0");
-  if (has_angle_within_pi(joint.kind) && std::abs(s.rest) > exact::pi)
-    refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 
 // Keys that a kind has, and then needs, or has not.

@@ -62,8 +62,9 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
     drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
-  if (is_angular && std::abs(drive.start) > exact::pi)
-    node.at(node.has("start") ? "start" : "start_deg").fail("the angle of a joint is told from -180 to 180 degrees");
+  if (is_angular && std::abs(drive.start) > exact::largest_angle)
+    node.at(node.has("start") ? "start" : "start_deg")
+        .fail(fmt::format("must be an angle of {:g} rad at most", exact::largest_angle));
   read_drive(node, joint);
   const bool has_rest = joint.spring && (node.at("spring").has("rest") || node.at("spring").has("rest_deg"));
   if (joint.spring && !has_rest) joint.spring->rest = drive.start;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "host/error.hpp"
+#include "host/scene/joint_kinds.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/solid_body.hpp"
 
@@ -172,6 +173,7 @@ class Assembly {
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
     if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
+    if (free_of(kind) == FREE_ANGLE) joint.start = drive.start;
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;

@@ -127,6 +127,7 @@ struct JointDescription {
   Vector3 second_axis = {1, 0, 0};  // of a universal joint, perpendicular to the first: the one that b carries
   double pitch = 0;                 // of a screw, m a turn; left-handed below 0
   double radius = 0;                // of what rolls, m
+  double start = 0;  // of an angle that counts revolutions, rad: of all that the poses at load allow it has the nearest
   bool limited = false;
   double low = 0, high = 0;                            // m or rad
   double motor_speed = 0, motor_force = 0;             // m/s and N, rad/s and N m; a force of 0 is no motor

@@ -198,11 +198,6 @@ void read_limit(const XmlNode& node, RobotJoint& joint) {
   if (limit.has("upper")) joint.high = limit.number("upper");
   if (joint.low > joint.high)
     limit.fail(fmt::format("lower must not be above upper, they are {} and {}", joint.low, joint.high));
-  if (is_revolute && (joint.low < -exact::pi || joint.high > exact::pi))
-    limit.fail(
-        fmt::format("angles are told from -pi to pi, the limits are {} and {}; narrow them, or make the joint "
-                    "continuous",
-                    joint.low, joint.high));
 }
 
 RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers) {

@@ -4,6 +4,7 @@
 
 #include "host/in_double.hpp"
 #include "host/item_error.hpp"
+#include "host/scene/joint_angles.hpp"
 #include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
@@ -24,11 +25,6 @@ Vector6 load_on(const Buffers<double>& b, u32 i) {
   if (!b.particle_loads.empty())
     load += spatial(vector3(b.particle_loads[i].force), vector3(b.particle_loads[i].torque));
   return load;
-}
-
-double coordinate_of(const Step& step, std::size_t joint) {
-  const auto& j = step.tree().system().joints[joint];
-  return acting_coordinate(j, joint_geometry(j, step.from()));
 }
 
 }  // namespace
@@ -94,6 +90,10 @@ StepStart step_start(const Buffers<double>& b, const StepParams<double>& params,
   start.dt = params.dt;
   start.theta = params.theta;
   start.gyroscopic = params.gyroscopic != 0;
+  if (!b.joint_angles.empty()) {
+    start.angles = angles_of_substep(b, params.dt);
+    for (std::size_t j = 0; j < start.angles.size(); ++j) start.angles[j] += b.joint_angles[j];
+  }
   for (u32 i = 0; i + 1 < bodies; ++i) {
     const Motion<double>& motion = b.motions[i];
     start.poses[i] = {vector3(b.positions[i]), rotation(b.orientations[i])};
@@ -118,7 +118,7 @@ Demand demand_of(const ContactSystem& system, const Buffers<double>& b, const La
     demand.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction, c.slide});
   const double infinite = std::numeric_limits<double>::infinity(), dt = step.given().dt;
   for (const Limit& limit : laws.limits) {
-    const double x = coordinate_of(step, limit.joint);
+    const double x = step.coordinate_from(limit.joint);
     RateBound bound = {limit.joint, -std::max(x - limit.low, 0.0) / dt, std::max(limit.high - x, 0.0) / dt};
     if (limit.low <= -double(JOINT_UNBOUNDED)) bound.slowest = -infinite;
     if (limit.high >= double(JOINT_UNBOUNDED)) bound.fastest = infinite;

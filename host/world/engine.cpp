@@ -263,7 +263,8 @@ class EngineOf final : public Engine {
 
   void act_and_record(const std::vector<InputRow>& inputs) {
     if (inputs.empty()) return;
-    act(std::span<const InputRow>(inputs), simulation_->backend(), constants_.buffers);
+    act(std::span<const InputRow>(inputs), simulation_->backend(), constants_.buffers,
+        double(simulation_->params().dt));
     tell_monitor(inputs);
     if (!recording_) return;
     for (const InputRow& row : inputs) recording_->add(row);
@@ -351,9 +352,9 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
 
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const Buffers<real>& b =
-      download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos, Buffer::joints,
-                Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
+  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos,
+                                     Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes,
+                                     Buffer::joint_impulses, Buffer::joint_angles});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/scene/joint_angles.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/touching.hpp"
 #include "host/sleepers.hpp"
@@ -274,6 +275,15 @@ void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, st
   }
 }
 
+// Joints that have come start where they are, those that were there go on.
+template <class real>
+void migrate_angles(std::span<const double> starts, const std::vector<real>& angles, std::span<const u32> new_joint,
+                    InitialState<real>& state) {
+  set_joint_angles(starts, double(state.params.dt), state.buffers);
+  for (std::size_t j = 0; j < angles.size(); ++j)
+    if (new_joint[j] != NONE) state.buffers.joint_angles[new_joint[j]] = angles[j];
+}
+
 // Its mass is the new one; what it makes of the inertia in the world frame each sub-step computes for itself.
 template <class real>
 Motion<real> with_velocity_of(const Motion<real>& old, u32 kind, Motion<real> motion) {
@@ -289,6 +299,9 @@ template <class real>
 void migrate_state(const InitialState<real>& old, const Buffers<real>& persistent, const IndexMap& index_map,
                    InitialState<real>& state) {
   Buffers<real>& to = state.buffers;
+  const bool counts = has(state.features, Feature::joint_angles);
+  std::vector<double> starts = counts ? angles_of_substep(to, double(state.params.dt)) : std::vector<double>();
+  for (std::size_t j = 0; j < starts.size(); ++j) starts[j] += double(to.joint_angles[j]);
   to.step_index = persistent.step_index;
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
     const u32 is = index_map.bodies[i];
@@ -307,6 +320,7 @@ void migrate_state(const InitialState<real>& old, const Buffers<real>& persisten
     migrate_springs(persistent, new_spring_ends(old, index_map, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
     migrate_joints(old, persistent, index_map.joints, state);
+  if (counts) migrate_angles(starts, persistent.joint_angles, index_map.joints, state);
 }
 
 template <class real>

@@ -88,7 +88,7 @@ void validate(const JointDescription& joint, const Scene& scene) {
            "must have a second axis that is perpendicular to the first");
   }
   expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
-                           joint.damping, joint.pitch, joint.radius},
+                           joint.damping, joint.pitch, joint.radius, joint.start},
                 where.c_str());
   expect(!has_key(joint.kind, JOINT_HAS_PITCH) || joint.pitch != 0, "must have a pitch that is not 0");
   expect(!has_key(joint.kind, JOINT_HAS_RADIUS) || joint.radius > 0, "must have a radius > 0");
@@ -97,9 +97,6 @@ void validate(const JointDescription& joint, const Scene& scene) {
          "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
-  const bool told = has_angle_within_pi(joint.kind);
-  const std::string there = std::string(" within -pi .. pi: there the angle of a ") + noun_of(joint.kind) + " is told";
-  expect(!told || (joint.low >= -exact::pi && joint.high <= exact::pi), "must have limits" + there);
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
          "must have no negative motor force, frequency or damping");
   expect(joint.friction >= 0, "must have no negative friction");
@@ -112,7 +109,6 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
-  expect(!told || (spring.rest >= -exact::pi && spring.rest <= exact::pi), "must have a spring that rests" + there);
 }
 
 void validate_materials(const Scene& scene) {

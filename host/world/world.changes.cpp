@@ -68,6 +68,7 @@ void World::Impl::change_joint(u32 index, JointDescription joint) {
   joint.axis = described.axis;
   joint.second_axis = described.second_axis;
   joint.reference_poses = described.reference_poses;
+  joint.start = described.start;
   validate(joint, scene);
   described = std::move(joint);
   add_index_before(index_map.joints, index, index_map.changed_joints);

@@ -91,7 +91,7 @@ struct BodyHit {
 
 /// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
 struct JointState {
-  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; travel of a slider or
+  // angle of a hinge, planar, universal (first arm) or screw joint, with its revolutions, rad; travel of a slider or
   // cylindrical joint or length of a distance joint, m; of others 0
   double coordinate = 0;
   double speed = 0;  // its rate, rad/s, m/s

@@ -6,6 +6,7 @@
 #include "articulations/solve_links.h"
 #include "joints/current_joint.h"
 #include "joints/displace.h"
+#include "joints/revolutions.h"
 
 // The joint of a link at the present poses: the rows that are closed.
 static inline u32 write_current_link_joint(LinkInfo link, JointInfo info, const Joint joint, CurrentJoint current,
@@ -24,17 +25,23 @@ static inline u32 write_current_link_joint(LinkInfo link, JointInfo info, const 
 // All that is measured anew.
 typedef struct CurrentJoints {
   u32 bodies;
+  real dt;
   global const JointInfo* infos;
   global const Joint* joints;
   global const real* screw_leads;
   global const real* rolling_radii;
+  global const real* joint_angles;
+  global const Motion* motions;
   global const Vec4* positions;
   global const Vec4* orientations;
 } CurrentJoints;
 
 // Of the parameters of a kernel.
-#define CURRENT_JOINTS \
-  { params.bodies, joint_infos, joints, screw_leads, rolling_radii, positions, orientations }
+#define CURRENT_JOINTS                                                                                           \
+  {                                                                                                              \
+    params.bodies, params.dt, joint_infos, joints, screw_leads, rolling_radii, joint_angles, motions, positions, \
+        orientations                                                                                             \
+  }
 
 static inline u32 write_current_joint(LinkInfo link, const CurrentJoints* s, global LinkFactor* f) {
   const JointInfo info = s->infos[link.joint];
@@ -42,9 +49,10 @@ static inline u32 write_current_joint(LinkInfo link, const CurrentJoints* s, glo
   Quat q_a, q_b;
   joint_pose(info.body_a, s->bodies, s->positions, s->orientations, &x_a, &q_a);
   joint_pose(info.body_b, s->bodies, s->positions, s->orientations, &x_b, &q_b);
-  const CurrentJoint current =
-      current_joint(s->joints[link.joint], info.locked, info.free,
-                    joint_sizes(s->screw_leads, s->rolling_radii, link.joint), x_a, q_a, x_b, q_b);
+  CurrentJoint current = current_joint(s->joints[link.joint], info.locked, info.free,
+                                       joint_sizes(s->screw_leads, s->rolling_radii, link.joint), x_a, q_a, x_b, q_b);
+  count_revolutions(info, s->joint_angles, link.joint, s->dt, s->motions[info.body_a], s->motions[info.body_b],
+                    &current);
   return write_current_link_joint(link, info, s->joints[link.joint], current, f);
 }
 

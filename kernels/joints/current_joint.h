@@ -12,6 +12,7 @@ typedef struct CurrentJoint {
   real error[JOINT_ROWS];
   Vec3 free_axis;
   real coordinate;
+  real expected;
   real lead, radius;
 } CurrentJoint;
 

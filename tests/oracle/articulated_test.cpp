@@ -58,9 +58,9 @@ TEST(ArticulatedJoints, RowsAreTheDerivativesOfErrors) {
     const Tree none(system);
     const std::vector<Vector6> twists = {random.vector6(1), random.vector6(1)};
     const std::vector<Closure> closures = {{0, true, type != int(JointType::fixed) && type != int(JointType::ball)}};
-    const ErrorRows rows = closure_rows(closures, none, at);
-    const ErrorRows later = closure_rows(closures, none, moved(none, at, VectorXd(), twists, h));
-    const ErrorRows sooner = closure_rows(closures, none, moved(none, at, VectorXd(), twists, -h));
+    const ErrorRows rows = closure_rows(closures, none, {0}, at);
+    const ErrorRows later = closure_rows(closures, none, {0}, moved(none, at, VectorXd(), twists, h));
+    const ErrorRows sooner = closure_rows(closures, none, {0}, moved(none, at, VectorXd(), twists, -h));
     for (std::size_t i = 0; i < rows.rows.size(); ++i)
       EXPECT_NEAR((later.errors[i] - sooner.errors[i]) / (2 * h), velocity(rows.rows[i], twists), 1e-8)
           << type << ", row " << i;

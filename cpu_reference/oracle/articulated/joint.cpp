@@ -198,12 +198,14 @@ LockedRows locked_rows(const Joint& joint, const JointGeometry& at) {
   return rows;
 }
 
-double acting_coordinate(const Joint& joint, const JointGeometry& at) {
-  switch (joint.type) {
-    case JointType::distance: return at.offset.norm();
-    case JointType::planar: return measured(joint, at).value[2];
-    default: return measured(joint, at).value[0];
-  }
+bool counts_revolutions(JointType type) {
+  return type == JointType::hinge || type == JointType::planar || type == JointType::universal;
+}
+
+double acting_coordinate(const Joint& joint, const JointGeometry& at, double expected) {
+  if (joint.type == JointType::distance) return at.offset.norm();
+  const double x = measured(joint, at).value[joint.type == JointType::planar ? 2 : 0];
+  return counts_revolutions(joint.type) ? x + two_pi * std::round((expected - x) / two_pi) : x;
 }
 
 Vector6 acting_axis(const Joint& joint, const JointGeometry& at) {

@@ -85,10 +85,14 @@ struct LockedRows {
 };
 LockedRows locked_rows(const Joint& joint, const JointGeometry& at);
 
+/// Whether the acting coordinate is an angle of which a pose does not tell the revolutions.
+bool counts_revolutions(JointType type);
+
 /// The coordinate that limits, motors, springs and dry friction act on: the angle of a hinge, a planar joint, a screw
-/// or about the first arm of a universal joint; the travel of a slider or cylindrical joint; a length. And the wrench
-/// about the point whose power at a twist of b against a is the rate of that coordinate.
-double acting_coordinate(const Joint& joint, const JointGeometry& at);
+/// or about the first arm of a universal joint; the travel of a slider or cylindrical joint; a length. Of an angle that
+/// counts revolutions that nearest to `expected`. And the wrench about the point whose power at a twist of b against a
+/// is the rate of that coordinate.
+double acting_coordinate(const Joint& joint, const JointGeometry& at, double expected);
 Vector6 acting_axis(const Joint& joint, const JointGeometry& at);
 
 }  // namespace lockstep::oracle::articulated

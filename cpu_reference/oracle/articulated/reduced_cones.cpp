@@ -7,6 +7,7 @@ namespace lockstep::oracle::articulated {
 namespace {
 
 constexpr int changes_at_once = 20, most_changes = 200;
+constexpr double immobile = 1e-9;  // of what a bound is mobile by without drives, where these hold it
 
 // Rows of bounds stand alone in the problem, as the first of three in that of cones.
 Index cone_row(const ReducedProblem& p, Index row) {
@@ -61,6 +62,29 @@ ActiveDrives active_drives(const ReducedProblem& p, const States& states) {
   return active;
 }
 
+// The velocity of a drive that is none, in its own row.
+double rounding_of(const ReducedProblem& p, Index drive) {
+  const Index row = p.first_drive() + drive;
+  return 1e-12 * (std::abs(p.q[row]) + p.max_impulse[drive] * p.w.coeff(row, row));
+}
+
+// Whether drives that hold leave a bound on its wrong side, at a velocity `q` that no impulse changes: as a motor does
+// that presses on a limit. Of these the one that is coupled most with the bound pushes against it instead.
+bool yield_to_bound(const ReducedProblem& p, const SparseMatrix& w, const VectorXd& q, const ActiveDrives& active,
+                    States& states) {
+  if (active.rows.empty()) return false;
+  for (Index i = p.first_bound(); i < p.first_drive(); ++i) {
+    if (w.coeff(i, i) > immobile * p.w.coeff(i, i)) continue;
+    Index most = 0;
+    active.coupling.row(i).cwiseAbs().maxCoeff(&most);
+    const Index drive = active.rows[std::size_t(most)] - p.first_drive();
+    if (!(q[i] < -rounding_of(p, drive))) continue;
+    states[std::size_t(drive)] = active.coupling(i, most) > 0 ? -1 : 1;
+    return true;
+  }
+  return false;
+}
+
 // Whether a drive is to change over, and to what. One that holds and yet moves is held elsewhere by another.
 bool next_state(double impulse, double velocity, double max_impulse, double rounding, int& state) {
   const int before = state;
@@ -101,6 +125,7 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
       w += SparseMatrix(
           MatrixXd(active.coupling * active.own.response(MatrixXd(active.coupling.transpose()))).sparseView());
     }
+    if (yield_to_bound(p, w, q, active, states)) continue;
     if (cones > 0) {
       const SolveReport inner = solver.solve(cones_of(p, w, q), limits, of_cones);
       sum.iterations += inner.iterations;
@@ -117,8 +142,7 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
     bool changed = false;
     for (Index d = 0; d < p.drives() && !(changed && change > changes_at_once); ++d) {
       const Index row = rows + d;
-      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.max_impulse[d] * p.w.coeff(row, row));
-      changed |= next_state(r[row], u[row], p.max_impulse[d], rounding, states[std::size_t(d)]);
+      changed |= next_state(r[row], u[row], p.max_impulse[d], rounding_of(p, d), states[std::size_t(d)]);
     }
     if (!changed) return sum;
   }

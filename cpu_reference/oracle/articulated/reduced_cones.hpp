@@ -14,8 +14,9 @@ VectorXd cone_impulses(const ReducedProblem& problem, const VectorXd& impulses);
 
 /// Impulses of all rows, from `r` on where that has the right size. Each drive holds its speed, or pushes with all its
 /// reach; those that would have to reach farther, or push the wrong way, change over until none does (an active set):
-/// the problem of cones between is solved with drives that hold eliminated. The report's residual is that of the last
-/// of these; where drives keep changing over it ends with Stop::stalled and a residual of 1.
+/// the problem of cones between is solved with drives that hold eliminated. Where they hold a bound on its wrong side
+/// one of them yields first. The report's residual is that of the last of these; where drives keep changing over it
+/// ends with Stop::stalled and a residual of 1.
 SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& problem, const SolveLimits& limits,
                                 VectorXd& r);
 

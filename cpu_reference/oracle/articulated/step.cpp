@@ -58,11 +58,12 @@ VectorXd constrained_rates(const Kinematics& at, const std::vector<Row>& rows, c
 }
 
 Step::Step(const Tree& tree, const Laws& laws, StepStart start)
-    : tree_(tree), laws_(laws), start_(std::move(start)), from_(measured(tree, start_.poses)) {
-  close_loops(tree_, laws_.closures, nullptr, from_);
+    : tree_(tree), laws_(laws), start_(std::move(start)), angles_(start_.angles), from_(measured(tree, start_.poses)) {
+  angles_.resize(tree.system().joints.size(), 0);
+  close_loops(tree_, laws_.closures, nullptr, angles_, from_);
   const Kinematics still(tree_, from_, start_.twists, VectorXd::Zero(tree_.freedoms()));
   VectorXd rates = gripped_rates(ArticulatedInertia(still), start_.twists);
-  rates = constrained_rates(still, closure_rows(laws_.closures, tree_, from_).rows, rates, start_.twists);
+  rates = constrained_rates(still, closure_rows(laws_.closures, tree_, angles_, from_).rows, rates, start_.twists);
   start_.twists = twists_at(still, rates, start_.twists);
 
   // a first guess by the accelerations at the start
@@ -108,7 +109,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   const TreeResponse pushed = inertia_->solve(pushes);
   change_ = pushed.rates;
 
-  const std::vector<Row> closures = closure_rows(laws_.closures, tree_, *at_).rows;
+  const std::vector<Row> closures = closure_rows(laws_.closures, tree_, angles_, *at_).rows;
   bilateral_rows_ = closures;
   for (const Row& row : spring_rows(laws_.springs, tree_, *at_)) bilateral_rows_.push_back(row);
   const Index closed = Index(closures.size()), all = Index(bilateral_rows_.size());
@@ -144,8 +145,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
     const Spring& spring = laws_.springs[i];
     const Index row = closed + Index(i);
-    const Joint& joint = tree_.system().joints[spring.joint];
-    const double x = acting_coordinate(joint, joint_geometry(joint, from_));
+    const double x = coordinate_from(spring.joint);
     if (weight == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
     s[row] += weight * spring.rate * (x - spring.rest);
     r(row, row) += weight * spring.compliance;
@@ -173,6 +173,22 @@ LinkVectors Step::carried() const {
   return inertia_->solve(on_links, {}, products).carried;
 }
 
+double Step::coordinate_from(std::size_t joint) const {
+  const Joint& of = tree_.system().joints[joint];
+  return acting_coordinate(of, joint_geometry(of, from_), angles_[joint]);
+}
+
+std::vector<double> Step::expected_end() const {
+  std::vector<double> expected;
+  const std::vector<Vector6> twists = twists_at(*kinematics_, mean(), start_.twists);
+  for (std::size_t j = 0; j < angles_.size(); ++j) {
+    const bool counts = counts_revolutions(tree_.system().joints[j].type);
+    const double growth = counts ? start_.dt * velocity(acting_row(tree_.system().joints[j], *at_), twists) : 0;
+    expected.push_back(coordinate_from(j) + growth);
+  }
+  return expected;
+}
+
 double Step::given_by_bends(std::size_t number, const Configuration& to) const {
   const std::vector<Vector6> straight = twists_at(*kinematics_, mean(), start_.twists);
   double work = 0;
@@ -190,14 +206,15 @@ Step::End Step::finish(const std::vector<Pose>& poses) {
     if (tree_.link_of(body) == no_link) to.poses[body] = poses[body];
   }
   close_trees(tree_, to);
-  const double open = close_loops(tree_, laws_.closures, nullptr, to);
-  if (!laws_.limits.empty()) close_loops(tree_, laws_.closures, &laws_.limits, to);
+  const std::vector<double> expected = expected_end();
+  const double open = close_loops(tree_, laws_.closures, nullptr, expected, to);
+  if (!laws_.limits.empty()) close_loops(tree_, laws_.closures, &laws_.limits, expected, to);
   if (start_.gyroscopic) {
     for (const Link& link : tree_.links()) carry(at_->poses[link.body], to.poses[link.body], twists_[link.body]);
   }
   const Kinematics at(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
   VectorXd rates = gripped_rates(ArticulatedInertia(at), twists_);
-  rates = constrained_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
+  rates = constrained_rates(at, closure_rows(laws_.closures, tree_, expected, to).rows, rates, start_.twists);
   End end = {to.poses, twists_at(at, rates, start_.twists), open};
   // loops have trees move together: none is scaled alone
   for (std::size_t t = 0; laws_.closures.empty() && t + 1 < tree_.starts().size(); ++t) {

@@ -58,7 +58,8 @@ struct StepStart {
   std::vector<Vector6> wrenches;  // on links: weights and loads, N and N m
   std::vector<LoneBody> lone;     // of bodies that are no links
   double dt = 0, theta = 1;
-  bool gyroscopic = true;  // whether w x I w acts
+  bool gyroscopic = true;           // whether w x I w acts
+  std::vector<double> angles = {};  // acting coordinates of joints that count revolutions, to half a one; none: all 0
 };
 
 class Step {
@@ -76,6 +77,7 @@ class Step {
   const std::vector<Vector6>& twists() const { return twists_; }
   /// At the start: what limits are held against.
   const Configuration& from() const { return from_; }
+  double coordinate_from(std::size_t joint) const;
 
   Mobility mobility() const { return {*inertia_, start_.lone}; }
   /// The rows of closures and springs, and their own answer.
@@ -102,12 +104,15 @@ class Step {
   /// Everything but the end, where the mean rates are `mean_rates` and those of the gyroscopic moment `half`.
   void go(const VectorXd& mean_rates, const VectorXd& half);
   VectorXd mean() const { return rates_ + start_.theta * change_; }
+  /// The acting coordinates of all joints at the end, without what closes loops.
+  std::vector<double> expected_end() const;
   /// What F did not do on the way that the links of a tree went, and did to their twists, J.
   double given_by_bends(std::size_t number, const Configuration& to) const;
 
   const Tree& tree_;
   const Laws& laws_;
   StepStart start_;
+  std::vector<double> angles_;  // acting coordinates at the start, to half a revolution
   Configuration from_;
   VectorXd rates_, change_;  // r_0 and dr
   std::unique_ptr<Configuration> at_;
