@@ -41,7 +41,7 @@ static inline void meet_shape(const RayScene* s, Ray ray, QueryFilter filter, u3
   const Quat rotation = shape_rotation(pose, shape);
   const Vec3 size = make3(shape->size[0], shape->size[1], shape->size[2]);
   const RayEntry entry = ray_shape(info.kind, unrotate3(rotation, scale3((real)-1, offset)),
-                                   unrotate3(rotation, direction), size, info.hull, s->tables);
+                                   unrotate3(rotation, direction), size, info.hull, &s->tables);
   const bool first = closest->shape == NONE || entry.distance < closest->distance ||
                      (entry.distance == closest->distance && i < closest->shape);
   if (!(entry.distance >= (real)0 && entry.distance <= ray.range) || !first) return;

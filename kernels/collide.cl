@@ -98,11 +98,12 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 }
 
 // `alone`: facets, and shapes with seams, are taken for themselves.
-static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
+static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, const HullTables* tables,
                                      real limit, bool alone, real h) {
   const real margin = collide_largest_margin(params, a, b), lag = contact_lag(params);
-  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, margin, lag, h),
-                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), tables, limit);
+  const WorldShape shape_a = collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, margin, lag, h);
+  const WorldShape shape_b = collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h);
+  return collide_shapes(a->kind, &shape_a, b->kind, &shape_b, tables, limit);
 }
 
 static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
@@ -141,7 +142,8 @@ static inline Side collide_moved(const Side* side, const Mover* mover, real time
 #if FEATURE_MANIFOLDS
 // Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
 // that is left.
-static inline void collide_add_core(const Side* a, const Side* b, HullTables tables, real time_left, Manifold* m) {
+static inline void collide_add_core(const Side* a, const Side* b, const HullTables* tables, real time_left,
+                                    Manifold* m) {
   const bool of_a = (a->flags & SHAPE_IS_CONTINUOUS) != 0u;
   const Side* side = of_a ? a : b;
   const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
@@ -155,13 +157,14 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side) {
-  return is_facet(side->kind,
-                  collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0));
+  const WorldShape shape =
+      collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0);
+  return is_facet(side->kind, &shape);
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
 // may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
-static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, HullTables tables,
+static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, const HullTables* tables,
                                      real limit, Manifold* m) {
   const real h = step_length(params), slop = collide_slop(params, a, b);
   *m = collide_sides(params, a, b, tables, limit, true, h);
@@ -185,7 +188,7 @@ static inline void collide_at_impact(const StepParams* params, const Side* a, co
 }
 #endif
 
-static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, HullTables tables) {
+static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, const HullTables* tables) {
   if (IS_TRIGGER(*a) || IS_TRIGGER(*b)) return no_manifold();
   const real limit = collide_limit(params, a, b, add3(a->arm, collide_offset_ab(a, b)));
   Manifold m;
@@ -202,9 +205,10 @@ static inline Manifold collide_pair(const StepParams* params, const Side* a, con
 }
 
 // Everything else about a pair is done for it alone.
-static inline void collide_alone(const StepParams* params, u32 p, Pair pair, HullTables tables, const SideTables* sides,
-                                 global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                                 global FoundContacts* found_contacts, global u32* contact_starts) {
+static inline void collide_alone(const StepParams* params, u32 p, Pair pair, const HullTables* tables,
+                                 const SideTables* sides, global const BodyInfo* body_infos,
+                                 global const ShapeInfo* shape_infos, global FoundContacts* found_contacts,
+                                 global u32* contact_starts) {
   const Side a = collide_side(pair.shape_a, shape_infos, sides);
   const Side b = collide_side(pair.shape_b, shape_infos, sides);
   const Manifold m = collide_pair(params, &a, &b, tables);
@@ -252,7 +256,7 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
 #else
     for (u32 p = first; p < end; ++p) {
 #endif
-      collide_alone(&params, p, pairs[p], tables, &sides, body_infos, shape_infos, found_contacts, contact_starts);
+      collide_alone(&params, p, pairs[p], &tables, &sides, body_infos, shape_infos, found_contacts, contact_starts);
     }
   }
 }

@@ -10,12 +10,12 @@
 #if FEATURE_TRIGGERS
 static inline bool events_trigger_overlaps(Pair pair, ShapeInfo info_a, ShapeInfo info_b, global const Shape* shapes,
                                            global const Vec4* positions, global const Vec4* orientations,
-                                           HullTables tables) {
+                                           const HullTables* tables) {
   const Pose pose_a = make_pose(positions[info_a.body], orientations[info_a.body]);
   const Pose pose_b = make_pose(positions[info_b.body], orientations[info_b.body]);
-  return shapes_overlap(info_a.kind, shape_in_world(pose_a, shapes + pair.shape_a, info_a.hull, pose_a.position),
-                        info_b.kind, shape_in_world(pose_b, shapes + pair.shape_b, info_b.hull, pose_a.position),
-                        tables);
+  const WorldShape a = shape_in_world(pose_a, shapes + pair.shape_a, info_a.hull, pose_a.position);
+  const WorldShape b = shape_in_world(pose_b, shapes + pair.shape_b, info_b.hull, pose_a.position);
+  return shapes_overlap(info_a.kind, &a, info_b.kind, &b, tables);
 }
 #endif
 
@@ -50,7 +50,7 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
       const Pair pair = pairs[p];
       const ShapeInfo info_a = shape_infos[pair.shape_a], info_b = shape_infos[pair.shape_b];
       if (IS_TRIGGER(info_a) || IS_TRIGGER(info_b))
-        touches = events_trigger_overlaps(pair, info_a, info_b, shapes, positions, orientations, tables);
+        touches = events_trigger_overlaps(pair, info_a, info_b, shapes, positions, orientations, &tables);
 #endif
     }
     touch_slots[p] = touches ? 1u : 0u;

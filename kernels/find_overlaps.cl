@@ -6,7 +6,8 @@
 
 static inline bool volume_overlaps(global const Shape* volume, QueryFilter filter, u32 i,
                                    global const ShapeInfo* shape_infos, global const Shape* shapes,
-                                   global const Vec4* positions, global const Vec4* orientations, HullTables tables) {
+                                   global const Vec4* positions, global const Vec4* orientations,
+                                   const HullTables* tables) {
   const ShapeInfo info = shape_infos[i];
   if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_TRIGGER) != 0u) return false;
   const Pose pose = make_pose(positions[info.body], orientations[info.body]);
@@ -25,7 +26,7 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
 #if FEATURE_SEAMS
   world_shape.first_seam = world_shape.seam_count = 0u;
 #endif
-  return shapes_overlap(filter.kind, world_shape, info.kind, other, tables);
+  return shapes_overlap(filter.kind, &world_shape, info.kind, &other, tables);
 }
 
 // Counts, or, after the scan of overlap_starts, writes. `room`: volumes that the buffers hold; `overlap_room`: shapes
@@ -53,7 +54,7 @@ kernel void find_overlaps(global const WorldRange* world_ranges, global const Sh
     if (v < params.queries && v < room && !full) {
       const WorldRange world = world_ranges[volume_filters[v].world];
       for (u32 i = world.first_shape; i < world.first_shape + world.shape_count; ++i) {
-        if (!volume_overlaps(volumes + v, volume_filters[v], i, shape_infos, shapes, positions, orientations, tables))
+        if (!volume_overlaps(volumes + v, volume_filters[v], i, shape_infos, shapes, positions, orientations, &tables))
           continue;
         if (writes) overlaps[overlap_starts[v] + count] = i;
         ++count;

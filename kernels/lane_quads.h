@@ -4,6 +4,7 @@
 #ifndef LOCKSTEP_LANE_QUADS_H
 #define LOCKSTEP_LANE_QUADS_H
 
+#include "called.h"
 #include "lane_math.h"
 
 // A call would pass lanes through memory. oclgrind, which runs without optimisation, knows no forced inlining
@@ -12,6 +13,11 @@
 #define LANE_INLINE static inline
 #else
 #define LANE_INLINE static inline __attribute__((always_inline))
+#endif
+#if LANES == 1
+#define LANE_CALLED CALLED
+#else
+#define LANE_CALLED LANE_INLINE
 #endif
 
 typedef LANES_JOIN(REAL, 4) Real4;

@@ -65,7 +65,7 @@ static inline real advance_time(real time, real gap, real speed, real h) {
 
 #if FEATURE_MANIFOLDS
 // The largest sphere about the origin of a shape that is known to be inside of it; below 0 where there is none.
-static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables) {
+static inline real core_radius(u32 kind, Vec3 size, u32 hull, const HullTables* tables) {
   if (kind == SHAPE_CAPSULE) return size.x;
   if (kind == SHAPE_CYLINDER) return size.x < size.y ? size.x : size.y;
   if (kind == SHAPE_BOX) {
@@ -74,8 +74,8 @@ static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables)
   }
   if (kind != SHAPE_HULL || (hull & HULL_IS_FACET) != 0u) return (real)-1;
   real radius = size.x;
-  for (u32 f = 0u; f < tables.hulls[hull].face_count; ++f) {
-    const real distance = tables.planes[tables.hulls[hull].first_face + f].w;
+  for (u32 f = 0u; f < tables->hulls[hull].face_count; ++f) {
+    const real distance = tables->planes[tables->hulls[hull].first_face + f].w;
     radius = distance < radius ? distance : radius;
   }
   return radius;

@@ -281,7 +281,7 @@ static inline Lane3 box_permuted_back(lane_mask k0, lane_mask k1, lane x, lane y
   return lane_make3(BOX_PICK(k0, k1, z, y, x), BOX_PICK(k0, k1, x, z, y), BOX_PICK(k0, k1, y, x, z));
 }
 
-LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code, lane limit) {
+LANE_CALLED LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code, lane limit) {
   const FacePair f = face_pair(a, b, pair, code);
   FacePoints points;
   face_points(&points, &f);
@@ -373,27 +373,27 @@ LANE_INLINE LaneManifold box_corners(const LaneBox* a, const LaneBox* b, const B
 
 LANE_INLINE Lane3 box_in_all_lanes3(Vec3 v) { return lane_make3(LANE_OF(v.x), LANE_OF(v.y), LANE_OF(v.z)); }
 
-static inline LaneBox box_in_all_lanes(WorldShape world_shape) {
+static inline LaneBox box_in_all_lanes(const WorldShape* world_shape) {
   LaneBox box;
-  box.center = box_in_all_lanes3(world_shape.center);
-  box.extents = box_in_all_lanes3(world_shape.size);
-  box.rotation.x = LANE_OF(world_shape.rotation.x);
-  box.rotation.y = LANE_OF(world_shape.rotation.y);
-  box.rotation.z = LANE_OF(world_shape.rotation.z);
-  box.rotation.w = LANE_OF(world_shape.rotation.w);
+  box.center = box_in_all_lanes3(world_shape->center);
+  box.extents = box_in_all_lanes3(world_shape->size);
+  box.rotation.x = LANE_OF(world_shape->rotation.x);
+  box.rotation.y = LANE_OF(world_shape->rotation.y);
+  box.rotation.z = LANE_OF(world_shape->rotation.z);
+  box.rotation.w = LANE_OF(world_shape->rotation.w);
   return box;
 }
 
 static inline Vec3 box_first3(Lane3 v) { return make3(LANE_FIRST(v.x), LANE_FIRST(v.y), LANE_FIRST(v.z)); }
 
-static inline Manifold box_box(WorldShape shape_a, WorldShape shape_b, real limit) {
+static inline Manifold box_box(const WorldShape* shape_a, const WorldShape* shape_b, real limit) {
   const LaneBox a = box_in_all_lanes(shape_a), b = box_in_all_lanes(shape_b);
   const BoxPair pair = box_pair(&a, &b);
   const BoxAxis axis = box_axis(&a, &b, &pair);
   if (LANE_FIRST(axis.separation) > limit) return no_manifold();
   LaneManifold found = box_faces(&a, &b, &pair, axis.code, LANE_OF(limit));
   if ((LANE_BITS(faces_meet(&found, &a, &b, axis.separation)) & 1u) == 0u) {
-    const Lane3 displacement = box_in_all_lanes3(sub3(shape_b.displacement, shape_a.displacement));
+    const Lane3 displacement = box_in_all_lanes3(sub3(shape_b->displacement, shape_a->displacement));
     found = box_corners(&a, &b, &pair, axis, displacement, LANE_OF(limit));
   }
   Manifold m = manifold_along(box_first3(found.normal), (u32)LANE_FIRST(found.frame), (real)0, (real)0);

@@ -37,27 +37,27 @@ static inline u32 coordinates_outside(Vec3 p, Vec3 extents) {
 }
 
 // a is the sphere. Over a face, or inside, the normal is that of the face; over an edge or corner it points from there.
-static inline Manifold sphere_box(WorldShape a, WorldShape b) {
-  const Axes axes = axes_of(b.rotation);
-  const Vec3 p = into_frame(axes, sub3(a.center, b.center));
-  const u32 outside = coordinates_outside(p, b.size);
+static inline Manifold sphere_box(const WorldShape* a, const WorldShape* b) {
+  const Axes axes = axes_of(b->rotation);
+  const Vec3 p = into_frame(axes, sub3(a->center, b->center));
+  const u32 outside = coordinates_outside(p, b->size);
   if (outside > 1) {
-    const Vec3 core = add3(b.center, out_of_frame(axes, clamp_into_box(p, b.size)));
+    const Vec3 core = add3(b->center, out_of_frame(axes, clamp_into_box(p, b->size)));
     // along an edge the sphere rolls: only a corner is a point that the normal turns about
-    return manifold_at(direction_between(a.center, core, (real)0, axes.z), outside > 2 ? NORMAL_BETWEEN : NORMAL_FIXED,
-                       a.center, a.size.x, core, (real)0, 0);
+    return manifold_at(direction_between(a->center, core, (real)0, axes.z), outside > 2 ? NORMAL_BETWEEN : NORMAL_FIXED,
+                       a->center, a->size.x, core, (real)0, 0);
   }
-  const u32 k = box_face_at(p, b.size);
+  const u32 k = box_face_at(p, b->size);
   const real side = sign_of(along(p, k));
-  const Vec3 foot = with_along(p, k, side * along(b.size, k));
-  return manifold_at(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a.center, a.size.x,
-                     add3(b.center, out_of_frame(axes, foot)), (real)0, 0);
+  const Vec3 foot = with_along(p, k, side * along(b->size, k));
+  return manifold_at(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a->center, a->size.x,
+                     add3(b->center, out_of_frame(axes, foot)), (real)0, 0);
 }
 
 // The four corners of the face of the box that looks into the plane most.
-static inline Manifold box_plane(WorldShape a, WorldShape b) {
-  const Axes axes = axes_of(a.rotation);
-  const Vec3 normal = plane_normal(b.rotation);
+static inline Manifold box_plane(const WorldShape* a, const WorldShape* b) {
+  const Axes axes = axes_of(a->rotation);
+  const Vec3 normal = plane_normal(b->rotation);
   const Vec3 n = into_frame(axes, normal);
   u32 k = fabs(n.y) > fabs(n.x) ? 1 : 0;
   k = fabs(n.z) > fabs(along(n, k)) ? 2 : k;
@@ -66,11 +66,11 @@ static inline Manifold box_plane(WorldShape a, WorldShape b) {
   Manifold m = manifold_along(normal, NORMAL_OF_B, (real)0, (real)0);
   for (u32 corner = 0; corner < 4; ++corner) {
     const real side_1 = corner == 1 || corner == 2 ? (real)1 : -(real)1, side_2 = corner >= 2 ? (real)1 : -(real)1;
-    Vec3 p = along_axis(down * along(a.size, k), k);
-    p = with_along(p, k1, side_1 * along(a.size, k1));
-    p = with_along(p, k2, side_2 * along(a.size, k2));
+    Vec3 p = along_axis(down * along(a->size, k), k);
+    p = with_along(p, k1, side_1 * along(a->size, k1));
+    p = with_along(p, k2, side_2 * along(a->size, k2));
     const u32 feature = (p.x > (real)0 ? 1 : 0) + (p.y > (real)0 ? 2 : 0) + (p.z > (real)0 ? 4 : 0);
-    m = with_point(m, add3(a.center, out_of_frame(axes, p)), b.center, feature);
+    m = with_point(m, add3(a->center, out_of_frame(axes, p)), b->center, feature);
   }
   return m;
 }

@@ -87,7 +87,8 @@ static inline real segment_edge_separation(SegmentInBox c, u32 k) {
 }
 
 // Over face k both ends of what is over it touch.
-static inline Manifold capsule_on_face(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, u32 k, real side) {
+static inline Manifold capsule_on_face(const WorldShape* a, const WorldShape* b, Axes axes, SegmentInBox c, u32 k,
+                                       real side) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   SegmentSpan s;
   s.from = -c.length;
@@ -98,39 +99,39 @@ static inline Manifold capsule_on_face(WorldShape a, WorldShape b, Axes axes, Se
     s.from = segment_closest(c);
     s.to = s.from;
   }
-  Manifold m = manifold_along(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a.size.x, (real)0);
+  Manifold m = manifold_along(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a->size.x, (real)0);
   const Vec3 first = segment_at(c, s.from), last = segment_at(c, s.to);
   const real top = side * along(c.extents, k);
   const u32 two = s.to - s.from > (real)0.001 * c.length ? 1 : 0;
   if (two || side * along(first, k) <= side * along(last, k))
-    m = with_point(m, add3(b.center, out_of_frame(axes, first)),
-                   add3(b.center, out_of_frame(axes, with_along(first, k, top))), 0);
+    m = with_point(m, add3(b->center, out_of_frame(axes, first)),
+                   add3(b->center, out_of_frame(axes, with_along(first, k, top))), 0);
   if (two || side * along(first, k) > side * along(last, k))
-    m = with_point(m, add3(b.center, out_of_frame(axes, last)),
-                   add3(b.center, out_of_frame(axes, with_along(last, k, top))), 1);
+    m = with_point(m, add3(b->center, out_of_frame(axes, last)),
+                   add3(b->center, out_of_frame(axes, with_along(last, k, top))), 1);
   return m;
 }
 
 // The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n
 // from there to the core.
-static inline Manifold capsule_across_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Vec3 n, real t,
-                                           Vec3 on_edge, u32 k, u32 feature) {
+static inline Manifold capsule_across_edge(const WorldShape* a, const WorldShape* b, Axes axes, SegmentInBox c, Vec3 n,
+                                           real t, Vec3 on_edge, u32 k, u32 feature) {
   const Vec3 edge = along_axis((real)1, k), across = cross3(c.u, edge);
   real on_core = t, on_box = along(on_edge, k);
   if (fabs(t) < c.length && !side_by_side(dot3(across, across))) {
-    const Vec3 at = add3(b.center, out_of_frame(axes, on_edge));
-    const Vec3 core = add3(b.center, out_of_frame(axes, segment_at(c, t)));
+    const Vec3 at = add3(b->center, out_of_frame(axes, on_edge));
+    const Vec3 core = add3(b->center, out_of_frame(axes, segment_at(c, t)));
     const Vec3 displacement = into_frame(axes, lagging_displacement(a, core, b, at));
     const CrossingShift shift = crossing_shift(c.u, edge, n, displacement);
     on_core = clamp_to(t + shift.along_first, c.length);
     on_box = clamp_to(on_box + shift.along_second, along(c.extents, k));
   }
-  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(b.center, out_of_frame(axes, segment_at(c, on_core))),
-                     a.size.x, add3(b.center, out_of_frame(axes, with_along(on_edge, k, on_box))), (real)0, feature);
+  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(b->center, out_of_frame(axes, segment_at(c, on_core))),
+                     a->size.x, add3(b->center, out_of_frame(axes, with_along(on_edge, k, on_box))), (real)0, feature);
 }
 
 // The core crosses an edge of the box along axis k inside the box.
-static inline Manifold capsule_on_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, u32 k) {
+static inline Manifold capsule_on_edge(const WorldShape* a, const WorldShape* b, Axes axes, SegmentInBox c, u32 k) {
   Vec3 n = cross3(along_axis((real)1, k), c.u);
   n = scale3(sign_of(dot3(n, c.p)) / length3(n), n);  // from the box to the segment
   const Vec3 corner =
@@ -165,7 +166,7 @@ static inline u32 segment_axis(SegmentInBox c) {
 
 // The part of the core that runs beside an edge of the box, x at t its closest point; empty where it crosses the edge,
 // or passes it by.
-static inline SegmentSpan capsule_beside_edge(WorldShape a, SegmentInBox c, Vec3 x, real t) {
+static inline SegmentSpan capsule_beside_edge(const WorldShape* a, SegmentInBox c, Vec3 x, real t) {
   const u32 k = segment_axis(c), k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const real u1 = along(c.u, k1), u2 = along(c.u, k2);
   SegmentSpan s;
@@ -173,7 +174,7 @@ static inline SegmentSpan capsule_beside_edge(WorldShape a, SegmentInBox c, Vec3
   s.to = c.length;
   s = segment_between(s, along(c.p, k), along(c.u, k), along(c.extents, k));
   const bool over_edge = fabs(along(x, k1)) > along(c.extents, k1) && fabs(along(x, k2)) > along(c.extents, k2);
-  const bool lies = side_by_side(u1 * u1 + u2 * u2) && s.to - s.from > (real)0.01 * a.size.x;
+  const bool lies = side_by_side(u1 * u1 + u2 * u2) && s.to - s.from > (real)0.01 * a->size.x;
   // as far as x, if that is past the corner
   s.from = t < s.from ? t : s.from;
   s.to = t > s.to ? t : s.to;
@@ -182,22 +183,23 @@ static inline SegmentSpan capsule_beside_edge(WorldShape a, SegmentInBox c, Vec3
 }
 
 // Both ends of that part touch.
-static inline Manifold capsule_along_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Vec3 edge,
-                                          SegmentSpan s, Vec3 normal) {
+static inline Manifold capsule_along_edge(const WorldShape* a, const WorldShape* b, Axes axes, SegmentInBox c,
+                                          Vec3 edge, SegmentSpan s, Vec3 normal) {
   const u32 k = segment_axis(c);
-  Manifold m = manifold_along(normal, NORMAL_FIXED, a.size.x, (real)0);
+  Manifold m = manifold_along(normal, NORMAL_FIXED, a->size.x, (real)0);
   for (u32 end = 0; end < 2; ++end) {
     const Vec3 core = segment_at(c, end == 0 ? s.from : s.to);
     const Vec3 on_edge = with_along(edge, k, clamp_to(along(core, k), along(c.extents, k)));
-    m = with_point(m, add3(b.center, out_of_frame(axes, core)), add3(b.center, out_of_frame(axes, on_edge)), 14 + end);
+    m = with_point(m, add3(b->center, out_of_frame(axes, core)), add3(b->center, out_of_frame(axes, on_edge)),
+                   14 + end);
   }
   return m;
 }
 
 // A core that is nearest to the box at t and lies nearly along face k touches at the other end of what is over the
 // face, too.
-static inline Manifold capsule_lies_on_face(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Manifold m, real t,
-                                            u32 k) {
+static inline Manifold capsule_lies_on_face(const WorldShape* a, const WorldShape* b, Axes axes, SegmentInBox c,
+                                            Manifold m, real t, u32 k) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const Vec3 n = into_frame(axes, m.normal);
   const real n1 = along(n, k1), n2 = along(n, k2);
@@ -208,24 +210,24 @@ static inline Manifold capsule_lies_on_face(WorldShape a, WorldShape b, Axes axe
   s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
   s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
   const real end = t - s.from > s.to - t ? s.from : s.to, travel = end < t ? t - end : end - t;
-  if (!(s.from < s.to) || !(travel > (real)0.01 * a.size.x)) return m;
+  if (!(s.from < s.to) || !(travel > (real)0.01 * a->size.x)) return m;
   // in line along the normal, but no farther than the face
   const Vec3 core = segment_at(c, end);
   const real height = along(core, k) - sign_of(along(n, k)) * along(c.extents, k);
   const Vec3 foot = clamp_into_box(sub3(core, scale3(height / along(n, k), n)), c.extents);
   m.frame = NORMAL_FIXED;
-  return with_point(m, add3(b.center, out_of_frame(axes, core)), add3(b.center, out_of_frame(axes, foot)), 16);
+  return with_point(m, add3(b->center, out_of_frame(axes, core)), add3(b->center, out_of_frame(axes, foot)), 16);
 }
 
 // a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 // penetration.
-static inline Manifold capsule_box(WorldShape a, WorldShape b) {
-  const Axes axes = axes_of(b.rotation);
+CALLED Manifold capsule_box(const WorldShape* a, const WorldShape* b) {
+  const Axes axes = axes_of(b->rotation);
   SegmentInBox c;
-  c.p = into_frame(axes, sub3(a.center, b.center));
-  c.u = into_frame(axes, axes_of(a.rotation).z);
-  c.length = a.size.y;
-  c.extents = b.size;
+  c.p = into_frame(axes, sub3(a->center, b->center));
+  c.u = into_frame(axes, axes_of(a->rotation).z);
+  c.length = a->size.y;
+  c.extents = b->size;
   const real t = segment_closest(c);
   const Vec3 x = segment_at(c, t);
   const u32 outside = coordinates_outside(x, c.extents);
@@ -238,12 +240,12 @@ static inline Manifold capsule_box(WorldShape a, WorldShape b) {
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {
-    const Vec3 core_a = add3(b.center, out_of_frame(axes, x)), in_box = clamp_into_box(x, c.extents);
-    const Vec3 core_b = add3(b.center, out_of_frame(axes, in_box));
+    const Vec3 core_a = add3(b->center, out_of_frame(axes, x)), in_box = clamp_into_box(x, c.extents);
+    const Vec3 core_b = add3(b->center, out_of_frame(axes, in_box));
     const Vec3 normal = direction_between(core_a, core_b, (real)0, axes.z);
     const SegmentSpan s = capsule_beside_edge(a, c, x, t);
     if (s.from < s.to) return capsule_along_edge(a, b, axes, c, in_box, s, normal);
-    Manifold m = manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, (real)0, 0);
+    Manifold m = manifold_at(normal, NORMAL_BETWEEN, core_a, a->size.x, core_b, (real)0, 0);
     // which edge the core is over; only a corner is a point that the normal turns about
     const u32 k = fabs(x.x) <= c.extents.x ? 0 : fabs(x.y) <= c.extents.y ? 1 : 2;
     if (outside == 2) m = capsule_across_edge(a, b, axes, c, into_frame(axes, normal), t, in_box, k, 0);

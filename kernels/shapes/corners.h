@@ -33,7 +33,7 @@ static inline bool segments_cross(Vec3 u, Vec3 v, Vec3 normal) {
 // The edge of a polygon in its place, for a line along u that meets it along a normal that is not that of its face:
 // rounding would say which part of the line is over the face. The polygon itself where the line only crosses an edge
 // of a face that is nearly flat, or meets a corner.
-static inline Patch edge_of_patch(const Patch* patch, Vec3 normal, Vec3 u) {
+CALLED Patch edge_of_patch(const Patch* patch, Vec3 normal, Vec3 u) {
   const Vec3 out = scale3(patch->sense, normal);
   const real cosine = dot3(patch->plane, out);
   if (cosine > (real)1 - (real)5e-7 || patch->corners == 0) return *patch;
@@ -150,7 +150,7 @@ static inline SharedPoint shared_by_rims(const PatchPair* pair, u32 k) {
   return shared_point(pair, x, patch_lift(q, pair->normal, x), shared_name(3, 4000, k));
 }
 
-static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
+CALLED SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
   SharedPoint none = {0};
   const Patch* first = &pair->first;
   const Patch* second = &pair->second;

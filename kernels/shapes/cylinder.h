@@ -11,12 +11,12 @@ typedef struct Cylinder {
   real radius, half_length;
 } Cylinder;
 
-static inline Cylinder cylinder_of(WorldShape shape) {
+static inline Cylinder cylinder_of(const WorldShape* shape) {
   Cylinder c;
-  c.center = shape.center;
-  c.axes = axes_of(shape.rotation);
-  c.radius = shape.size.x;
-  c.half_length = shape.size.y;
+  c.center = shape->center;
+  c.axes = axes_of(shape->rotation);
+  c.radius = shape->size.x;
+  c.half_length = shape->size.y;
   return c;
 }
 
@@ -85,7 +85,7 @@ static inline RimNearest rim_nearest(Vec3 on_rim, Vec3 tangent, Vec3 on_other, V
 // before t0 and convex behind: on either side (0: before, 1: behind) at most one zero at which F rises, to which
 // Newton's method runs without turning back from where |d rho/dt| would have its bound. A line across the axis has it
 // at t0 itself, which rounding may pass. What lies outside of 0 <= t <= t_max is none.
-static inline RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u, real t_max, u32 branch) {
+CALLED RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u, real t_max, u32 branch) {
   RimNearest none = {0};
   const Vec3 middle = cylinder_cap(c, end), w = sub3(point, middle);
   const Vec3 w_across = cylinder_across(c, w), u_across = cylinder_across(c, u);
@@ -144,7 +144,7 @@ static inline real rim_slope(const Cylinder* a, Vec3 middle, Vec3 direction, con
 
 // Between the i-th and the next sixteenth of rim a: a point where the distance from rim b is least nearby, if it falls
 // at the first and rises at the second.
-static inline RimNearest rim_rim(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i) {
+CALLED RimNearest rim_rim(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i) {
   RimNearest none = {0};
   const Vec3 middle = cylinder_cap(a, end_a);
   Vec3 low = rim_direction(a, i), high = rim_direction(a, (i + 1) & 15);

@@ -14,8 +14,8 @@
 
 // Offers the meeting along a unit normal from p to c. Its points are those that were looked at if these are where the
 // two reach farthest; else others are, and the normal is offered with those, if it is the best one.
-static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 at_c,
-                                   Vec3 at_p, real tolerance) {
+CALLED Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 at_c, Vec3 at_p,
+                            real tolerance) {
   if (!facet_admits(p, into_frame(p->axes, normal))) return best;
   const real gap =
       dot3(normal, sub3(c->center, p->center)) - cylinder_extent(c, scale3((real)-1, normal)) - poly_extent(p, normal);
@@ -27,7 +27,7 @@ static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting
                        tolerance);
 }
 
-static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, real limit, real tolerance) {
+CALLED Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, real limit, real tolerance) {
   Meeting best = no_meeting();
   const Vec3 offset = sub3(c->center, p->center);
   for (u32 f = 0; f < p->faces && !(best.gap > limit); ++f) {
@@ -50,7 +50,7 @@ static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, r
 }
 
 // The side of the cylinder against edges.
-static inline Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
+CALLED Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
   EdgeSpan axis;
   axis.start = into_frame(p->axes, sub3(cylinder_cap(c, 0), p->center));
   axis.along = into_frame(p->axes, scale3((real)2 * c->half_length, c->axes.z));
@@ -81,7 +81,7 @@ static inline Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, M
 }
 
 // The side of the cylinder, and its rims, against vertices.
-static inline Meeting cylinder_try_vertices(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
+CALLED Meeting cylinder_try_vertices(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
   for (u32 i = 0; i < p->vertices; ++i) {
     const Vec3 vertex = poly_vertex(p, i);
     const Vec3 w = sub3(c->center, vertex);
@@ -124,7 +124,7 @@ static inline Meeting cylinder_try_rim(const Cylinder* c, const Polytope* p, Mee
 }
 
 // The rims against edges.
-static inline Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
+CALLED Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
 #if LANES > 1
   RimEdges edges;
   RimLanes rims;
@@ -157,7 +157,7 @@ static inline Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Me
 }
 
 // The best normal, from p to c; c is called a here. Gaps above the limit are not looked into any further.
-static inline Meeting cylinder_meets(const Cylinder* c, const Polytope* p, real limit, real tolerance) {
+CALLED Meeting cylinder_meets(const Cylinder* c, const Polytope* p, real limit, real tolerance) {
   Meeting best = cylinder_try_flats(c, p, limit, tolerance);
   if (best.gap > limit) return best;
   best = cylinder_try_edges(c, p, best, tolerance);

@@ -22,8 +22,8 @@ static inline CylinderBound cylinders_bound(const Cylinder* a, const Cylinder* b
 
 // Offers the better of the meetings along a unit normal and its opposite, which is that from centre to centre:
 // cylinders look the same from both ends. It is where a reaches farthest.
-static inline Meeting cylinders_try(const Cylinder* a, const Cylinder* b, Meeting best, Vec3 normal, u32 frame,
-                                    real tolerance) {
+CALLED Meeting cylinders_try(const Cylinder* a, const Cylinder* b, Meeting best, Vec3 normal, u32 frame,
+                             real tolerance) {
   const CylinderBound bound = cylinders_bound(a, b, normal);
   const Vec3 on_a = cylinder_support(a, scale3((real)-1, bound.normal));
   const Vec3 on_b = sub3(on_a, scale3(bound.gap, bound.normal));
@@ -31,8 +31,8 @@ static inline Meeting cylinders_try(const Cylinder* a, const Cylinder* b, Meetin
 }
 
 // Offers a rim of one of them and a line or rim of the other one; `offset` is how far the surface is from that line.
-static inline Meeting cylinders_try_rim(const Cylinder* a, const Cylinder* b, Meeting best, const RimNearest* rim,
-                                        bool of_a, real offset, real tolerance) {
+CALLED Meeting cylinders_try_rim(const Cylinder* a, const Cylinder* b, Meeting best, const RimNearest* rim, bool of_a,
+                                 real offset, real tolerance) {
   if (!rim->found) return best;
   const CylinderBound bound = cylinders_bound(a, b, rim->normal);
   const real gap = bound.gap;
@@ -91,8 +91,8 @@ static inline CylinderBound cylinders_climb(const Cylinder* a, const Cylinder* b
 }
 
 // Across both rims at a point of a's rim and the nearest point of b's, if that separates them better.
-static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i,
-                                             bool swapped, CylinderBound best) {
+CALLED CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i, bool swapped,
+                                      CylinderBound best) {
   const Vec3 direction = rim_direction(a, i);
   const Vec3 p = add3(cylinder_cap(a, end_a), scale3(a->radius, direction));
   const Vec3 q = rim_towards(b, end_b, p);
@@ -105,8 +105,8 @@ static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const
 }
 
 // Offers the top of a climb.
-static inline Meeting cylinders_try_top(const Cylinder* a, const Cylinder* b, Meeting best, const CylinderBound* from,
-                                        real tolerance) {
+CALLED Meeting cylinders_try_top(const Cylinder* a, const Cylinder* b, Meeting best, const CylinderBound* from,
+                                 real tolerance) {
   const CylinderBound top = cylinders_climb(a, b, *from);
   if (!(top.gap > best.gap + tolerance)) return best;
   const Vec3 on_a = cylinder_support(a, scale3((real)-1, top.normal));
@@ -120,8 +120,8 @@ static inline bool cylinder_points(const Cylinder* c, Vec3 direction, real toler
 }
 
 // Offers a unit normal across the axis of a (or of b): there the farthest point of the other one lies over that side.
-static inline Meeting cylinders_try_side(const Cylinder* a, const Cylinder* b, Meeting best, Vec3 normal, bool of_a,
-                                         real tolerance) {
+CALLED Meeting cylinders_try_side(const Cylinder* a, const Cylinder* b, Meeting best, Vec3 normal, bool of_a,
+                                  real tolerance) {
   const CylinderBound bound = cylinders_bound(a, b, normal);
   const Vec3 n = bound.normal, back = scale3((real)-1, n);
   if (of_a) {
@@ -156,7 +156,7 @@ static inline CylinderBound cylinders_better(const Cylinder* a, const Cylinder* 
 // The best normal: of a cap, across both axes, across one of them, or the shortest line between a rim and the other
 // one's axis or rim. Where two rims nearly run along each other, deep inside, they have two such lines close together,
 // and may have them between two sixteenths: climbing from the best of those sixteenths finds them.
-static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real limit, real tolerance) {
+CALLED Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real limit, real tolerance) {
   const Vec3 offset = sub3(a->center, b->center);
   Meeting best = cylinders_try(a, b, no_meeting(), a->axes.z, NORMAL_OF_A, tolerance);
   best = cylinders_try(a, b, best, b->axes.z, NORMAL_OF_B, tolerance);
@@ -169,23 +169,21 @@ static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real 
   CylinderBound from;
   from.gap = (real)-1e30;
   from.normal = best.normal;
-  for (u32 k = 0; k < 4; ++k) {
-    const RimNearest of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b->axes.z, (real)2 * b->half_length, k & 1);
-    best = cylinders_try_rim(a, b, best, &of_a, true, b->radius, tolerance);
-    from = cylinders_better(a, b, from, &of_a);
-    const RimNearest of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a->axes.z, (real)2 * a->half_length, k & 1);
-    best = cylinders_try_rim(a, b, best, &of_b, false, a->radius, tolerance);
-    from = cylinders_better(a, b, from, &of_b);
+  for (u32 k = 0; k < 8; ++k) {  // one of a, then one of b
+    const bool of_a = (k & 1) == 0;
+    const Cylinder *c = of_a ? a : b, *other = of_a ? b : a;
+    const RimNearest rim =
+        rim_line(c, k >> 2, cylinder_cap(other, 0), other->axes.z, (real)2 * other->half_length, k >> 1 & 1);
+    best = cylinders_try_rim(a, b, best, &rim, of_a, other->radius, tolerance);
+    from = cylinders_better(a, b, from, &rim);
   }
   if (best.gap > limit) return best;
   // from either rim: one may see two places in a sixteenth of the other
-  for (u32 k = 0; k < 64; ++k) {
-    const RimNearest of_a = rim_rim(a, k >> 5, b, k >> 4 & 1, k & 15);
-    best = cylinders_try_rim(a, b, best, &of_a, true, (real)0, tolerance);
-    from = cylinders_better(a, b, from, &of_a);
-    const RimNearest of_b = rim_rim(b, k >> 5, a, k >> 4 & 1, k & 15);
-    best = cylinders_try_rim(a, b, best, &of_b, false, (real)0, tolerance);
-    from = cylinders_better(a, b, from, &of_b);
+  for (u32 k = 0; k < 128; ++k) {
+    const bool of_a = (k & 1) == 0;
+    const RimNearest rim = rim_rim(of_a ? a : b, k >> 6, of_a ? b : a, k >> 5 & 1, k >> 1 & 15);
+    best = cylinders_try_rim(a, b, best, &rim, of_a, (real)0, tolerance);
+    from = cylinders_better(a, b, from, &rim);
   }
   // a cap is no place to climb from, but the best normal may be close to it
   if (best.frame == NORMAL_FIXED) {
@@ -195,9 +193,9 @@ static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real 
   if (from.gap > (real)-1e29) best = cylinders_try_top(a, b, best, &from, tolerance);
   if (best.gap > (real)0) return best;
   from.gap = (real)-1e30;
-  for (u32 k = 0; k < 64; ++k) {
-    from = cylinders_sample(a, k >> 5, b, k >> 4 & 1, k & 15, false, from);
-    from = cylinders_sample(b, k >> 5, a, k >> 4 & 1, k & 15, true, from);
+  for (u32 k = 0; k < 128; ++k) {
+    const bool of_a = (k & 1) == 0;
+    from = cylinders_sample(of_a ? a : b, k >> 6, of_a ? b : a, k >> 5 & 1, k >> 1 & 15, !of_a, from);
   }
   if (!(from.gap > (real)-1e29)) return best;  // all tangents parallel
   return cylinders_try_top(a, b, best, &from, tolerance);

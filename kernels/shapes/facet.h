@@ -15,17 +15,17 @@ static inline bool corner_admits(const Polytope* p, Vec3 own, u32 vertex) {
   const bool at_rim = (p->flags & FACET_IS_AT_RIM(vertex)) != 0u;
   if (at_rim && dot3(own, poly_own_normal(p, 0u)) < -FACET_SLACK) return false;
   if ((p->flags & FACET_CORNER_COUNTS(vertex)) == 0u) return false;
-  const u32 first = facet_next(&p->tables, p->index, vertex);
+  const u32 first = facet_next(p->tables, p->index, vertex);
   u32 at = first;
   do {  // all facets around the vertex
-    global const Facet* facet = p->tables.facets + (at >> 2);
+    global const Facet* facet = p->tables->facets + (at >> 2);
     const u32 k = at & 3u;
     const Vec3 corner = facet_vertex(facet, k);
     const Vec3 next = sub3(facet_vertex(facet, k == 2u ? 0u : k + 1u), corner);
     const Vec3 before = sub3(facet_vertex(facet, k == 0u ? 2u : k - 1u), corner);
     if (dot3(own, next) > FACET_SLACK * length3(next)) return false;
     if (dot3(own, before) > FACET_SLACK * length3(before)) return false;
-    at = facet_next(&p->tables, at >> 2, k);
+    at = facet_next(p->tables, at >> 2, k);
   } while (at != first);
   return true;
 }
@@ -36,7 +36,7 @@ static inline bool is_roof(const EdgeSpan* edge) {
 }
 
 // Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
-static inline bool edge_admits(const Polytope* p, u32 e, Vec3 own) {
+CALLED bool edge_admits(const Polytope* p, u32 e, Vec3 own) {
   const EdgeSpan edge = poly_own_edge(p, e);
   const real along = dot3(own, edge.along), slack = FACET_SLACK * length3(edge.along);
   if (!is_roof(&edge) || along > slack || -along > slack) return false;
@@ -45,7 +45,7 @@ static inline bool edge_admits(const Polytope* p, u32 e, Vec3 own) {
 #endif
 
 // Whether a unit direction out of p, own coordinates, may be the normal of a contact other than with its inside.
-static inline bool facet_admits(const Polytope* p, Vec3 own) {
+CALLED bool facet_admits(const Polytope* p, Vec3 own) {
 #if FEATURE_FACETS
   if (!p->facet) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;

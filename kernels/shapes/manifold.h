@@ -2,6 +2,7 @@
 #ifndef LOCKSTEP_MANIFOLD_H
 #define LOCKSTEP_MANIFOLD_H
 
+#include "called.h"
 #include "math.h"
 
 #if FEATURE_MANIFOLDS
@@ -35,10 +36,10 @@ typedef struct WorldShape {
 
 // How far a point of shape a goes past one of shape b until contacts are evaluated, on the mean of the sub-steps. Of
 // what rolls these are points of the axis: the line on its side that touches goes with that.
-static inline Vec3 lagging_displacement(WorldShape a, Vec3 at_a, WorldShape b, Vec3 at_b) {
-  const Vec3 of_a = add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center)));
-  const Vec3 of_b = add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center)));
-  return scale3(a.lag, sub3(of_a, of_b));
+static inline Vec3 lagging_displacement(const WorldShape* a, Vec3 at_a, const WorldShape* b, Vec3 at_b) {
+  const Vec3 of_a = add3(a->displacement, cross3(a->angular_displacement, sub3(at_a, a->center)));
+  const Vec3 of_b = add3(b->displacement, cross3(b->angular_displacement, sub3(at_b, b->center)));
+  return scale3(a->lag, sub3(of_a, of_b));
 }
 
 // How far the point where two lines cross, seen along n, moves along either while the first goes past the second.

@@ -21,7 +21,8 @@ static inline WorldShape shape_in_world(Pose pose, global const Shape* shape, u3
   return world_shape;
 }
 
-static inline bool shapes_overlap(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables) {
+static inline bool shapes_overlap(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                                  const HullTables* tables) {
   const Manifold m = collide_shapes(kind_a, a, kind_b, b, tables, (real)0);
   bool overlap = false;
   for (u32 k = 0u; k < m.count; ++k) overlap = overlap || gap_at(&m, k) <= (real)0;

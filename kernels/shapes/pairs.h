@@ -21,11 +21,17 @@
 #define HAS_HULL FEATURE_HULLS
 #define HAS_PLANE 1
 
-static inline Manifold collide_shapes(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                      real limit) {
+// Where impacts are looked for, several places call it.
+#if FEATURE_CONTINUOUS
+CALLED
+#else
+static inline
+#endif
+Manifold collide_shapes(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables,
+                        real limit) {
   const bool swapped = kind_a > kind_b;
   if (swapped) {
-    const WorldShape old_a = a;
+    const WorldShape* old_a = a;
     a = b;
     b = old_a;
     const u32 kind = kind_a;

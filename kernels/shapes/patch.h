@@ -96,8 +96,8 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
 // The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap
 // four are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the
 // nearest of them comes nearer to that one with the square of the tilt, and the others are turned with it.
-static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal, real slack) {
-  const real radius = shape.size.x, half_length = shape.size.y;
+static inline Patch cylinder_patch(const WorldShape* shape, Axes axes, real sense, Vec3 normal, real slack) {
+  const real radius = shape->size.x, half_length = shape->size.y;
   const Vec3 down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
   const real along_x = dot3(axes.x, down), along_y = dot3(axes.y, down);
@@ -105,13 +105,13 @@ static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3
   const real sine = length3(across);
   const Vec3 rim = sine > (real)0 ? scale3(radius / sine, across) : scale3(radius, axes.x);
   if (cosine * cosine < (real)0.5) {
-    const Vec3 on_side = add3(shape.center, rim);
+    const Vec3 on_side = add3(shape->center, rim);
     return segment_patch(sense, sub3(on_side, scale3(half_length, axes.z)), add3(on_side, scale3(half_length, axes.z)),
                          normal);
   }
   const real side = cosine > (real)0 ? (real)1 : (real)-1;
   const Vec3 cap = scale3(side, axes.z);
-  Patch patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half_length, cap)), cap, normal);
+  Patch patch = patch_of(PATCH_DISC, sense, add3(shape->center, scale3(half_length, cap)), cap, normal);
   patch.x = scale3(radius, axes.x);
   patch.y = scale3(radius, axes.y);
   const real deeper = (real)0.3 * radius * sine;  // than the best of those four, at most
@@ -134,7 +134,7 @@ static inline u32 patch_points(const Patch* patch) {
   return patch->kind == PATCH_POLYGON ? patch->corners : patch->kind == PATCH_DISC ? DISC_POINTS : 0;
 }
 
-static inline Vec3 patch_point(const Patch* patch, u32 i) {
+CALLED Vec3 patch_point(const Patch* patch, u32 i) {
   if (patch->kind == PATCH_POLYGON) return poly_vertex(&patch->poly, poly_corner(&patch->poly, patch->face, i));
   return add3(patch->center, around_sixteenth(patch->x, patch->y, i));
 }
@@ -181,7 +181,7 @@ static inline Vec3 patch_side(const Patch* patch, Vec3 normal, Vec3 from, Vec3 t
   return cross3(scale3(patch->sense, normal), sub3(to, from));
 }
 
-static inline Cut patch_cut(const Patch* patch, Vec3 normal, Vec3 start, Vec3 end, real tolerance) {
+CALLED Cut patch_cut(const Patch* patch, Vec3 normal, Vec3 start, Vec3 end, real tolerance) {
   Cut cut = {0, 1, NONE, NONE};
   if (patch->kind == PATCH_DISC) {
     const Vec3 p = sub3(patch_lift(patch, normal, start), patch->center);
@@ -215,7 +215,7 @@ static inline Cut patch_cut(const Patch* patch, Vec3 normal, Vec3 start, Vec3 en
   return cut;
 }
 
-static inline bool patch_contains(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
+CALLED bool patch_contains(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
   if (patch->kind == PATCH_DISC) {
     const Vec3 d = sub3(patch_lift(patch, normal, x), patch->center);
     const real r = patch->radius + tolerance;

@@ -14,13 +14,13 @@
 #define FEATURE_POLYTOPES (FEATURE_CAPSULES || FEATURE_BOXES || FEATURE_HULLS)
 
 // Of a capsule only the core segment meets: its surface is a radius away.
-static inline real patch_core_radius(u32 kind, WorldShape shape) {
-  return kind == SHAPE_CAPSULE ? shape.size.x : (real)0;
+static inline real patch_core_radius(u32 kind, const WorldShape* shape) {
+  return kind == SHAPE_CAPSULE ? shape->size.x : (real)0;
 }
 
-static inline Meeting meet_plane(u32 kind_a, WorldShape a, WorldShape plane, HullTables tables) {
+static inline Meeting meet_plane(u32 kind_a, const WorldShape* a, const WorldShape* plane, const HullTables* tables) {
   Meeting meeting = no_meeting();
-  meeting.normal = plane_normal(plane.rotation);
+  meeting.normal = plane_normal(plane->rotation);
   meeting.frame = NORMAL_OF_B;
   const Vec3 down = scale3((real)-1, meeting.normal);
   if (FEATURE_CYLINDERS && kind_a == SHAPE_CYLINDER) {
@@ -30,14 +30,14 @@ static inline Meeting meet_plane(u32 kind_a, WorldShape a, WorldShape plane, Hul
     const Polytope polytope = polytope_of(kind_a, a, tables);
     meeting.at_a = poly_vertex(&polytope, poly_support(&polytope, into_frame(polytope.axes, down)));
   }
-  meeting.gap = dot3(meeting.normal, sub3(meeting.at_a, plane.center));
+  meeting.gap = dot3(meeting.normal, sub3(meeting.at_a, plane->center));
   meeting.at_b = sub3(meeting.at_a, scale3(meeting.gap, meeting.normal));
   return meeting;
 }
 
 // How the cores of two shapes meet.
-static inline Meeting meet_cores(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables, real limit,
-                                 real tolerance) {
+static inline Meeting meet_cores(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                                 const HullTables* tables, real limit, real tolerance) {
   if (kind_b == SHAPE_PLANE) return meet_plane(kind_a, a, b, tables);
   const bool cylinder_a = FEATURE_CYLINDERS && kind_a == SHAPE_CYLINDER,
              cylinder_b = FEATURE_CYLINDERS && kind_b == SHAPE_CYLINDER;
@@ -59,28 +59,29 @@ static inline Meeting meet_cores(u32 kind_a, WorldShape a, u32 kind_b, WorldShap
 }
 
 // The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
-static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal, real slack) {
-  if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
+CALLED Patch facing_patch(u32 kind, const WorldShape* shape, const HullTables* tables, real sense, Vec3 normal,
+                          real slack) {
+  if (kind == SHAPE_PLANE) return plane_patch(shape->center, normal);
   if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER)
-    return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
+    return cylinder_patch(shape, axes_of(shape->rotation), sense, normal, slack);
   const Polytope polytope = polytope_of(kind, shape, tables);
   if (!FEATURE_CAPSULES || kind != SHAPE_CAPSULE)
-    return polygon_patch(&polytope, sense, normal, (real)2e-5 * length3(shape.size));
-  const Vec3 surface = scale3(sense * shape.size.x, normal);
+    return polygon_patch(&polytope, sense, normal, (real)2e-5 * length3(shape->size));
+  const Vec3 surface = scale3(sense * shape->size.x, normal);
   return segment_patch(sense, add3(poly_vertex(&polytope, 0), surface), add3(poly_vertex(&polytope, 1), surface),
                        normal);
 }
 
 // The radius that contacts keep from their anchors.
-static inline real rolling_radius(u32 kind, WorldShape shape, Vec3 normal) {
+static inline real rolling_radius(u32 kind, const WorldShape* shape, Vec3 normal) {
   if (kind != SHAPE_CYLINDER) return patch_core_radius(kind, shape);
   const Cylinder cylinder = cylinder_of(shape);
   return cylinder_rolls(&cylinder, normal);
 }
 
 // What the parts of both surfaces share that face each other along the normal of this meeting.
-static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                   Meeting meeting, real limit, real tolerance) {
+CALLED Manifold touch_along(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables,
+                            Meeting meeting, real limit, real tolerance) {
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
@@ -100,8 +101,8 @@ static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
 }
 
 // The best face of the other one of two shapes with faces.
-static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables, u32 frame,
-                                      real limit, real tolerance) {
+CALLED Meeting meet_other_face(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                               const HullTables* tables, u32 frame, real limit, real tolerance) {
   const Meeting none = no_meeting();
   const bool faces_a = kind_a == SHAPE_BOX || kind_a == SHAPE_HULL,
              faces_b = kind_b == SHAPE_BOX || kind_b == SHAPE_HULL;
@@ -113,7 +114,7 @@ static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, Worl
 
 #if FEATURE_FACETS || FEATURE_SEAMS
 // How far the core of a shape reaches from its centre along a direction, times the direction's length.
-static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
+CALLED real core_extent(u32 kind, const WorldShape* shape, const HullTables* tables, Vec3 direction) {
 #if FEATURE_CYLINDERS
   if (kind == SHAPE_CYLINDER) {
     const Cylinder cylinder = cylinder_of(shape);
@@ -128,7 +129,8 @@ static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Ve
 #if FEATURE_FACETS
 // Whether the core of a shape is farther than the limit from a facet, as the facet's normal, from either side, or a
 // direction across one of its edges tells: most of those whose boxes meet are.
-static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, HullTables tables, real limit) {
+CALLED bool facet_is_far(u32 kind, const WorldShape* shape, const WorldShape* facet, const HullTables* tables,
+                         real limit) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3 normal = poly_own_normal(&triangle, 0u);
   for (u32 k = 0u; k < 5u; ++k) {
@@ -136,7 +138,7 @@ static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, Hu
     const Vec3 own = k < 3u ? cross3(edge.along, normal) : scale3(k == 3u ? (real)1 : (real)-1, normal);
     const Vec3 out = out_of_frame(triangle.axes, own);
     const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
-    const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
+    const real gap = dot3(out, sub3(shape->center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
     if (gap > limit * length3(out)) return true;
   }
   return false;
@@ -144,7 +146,7 @@ static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, Hu
 #endif
 
 // Whether a shape tells of a contact along a normal that points out of it.
-static inline bool shape_tells(u32 kind, WorldShape shape, HullTables tables, Vec3 normal) {
+CALLED bool shape_tells(u32 kind, const WorldShape* shape, const HullTables* tables, Vec3 normal) {
 #if FEATURE_FACETS
   if (is_facet(kind, shape)) {
     const Polytope facet = polytope_of(kind, shape, tables);
@@ -156,7 +158,7 @@ static inline bool shape_tells(u32 kind, WorldShape shape, HullTables tables, Ve
 
 #if FEATURE_FACETS
 // Along the normal of a facet.
-static inline Meeting meet_inside(WorldShape facet, HullTables tables, bool is_a) {
+static inline Meeting meet_inside(const WorldShape* facet, const HullTables* tables, bool is_a) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   Meeting meeting = no_meeting();
   meeting.normal = out_of_frame(triangle.axes, scale3(is_a ? (real)-1 : (real)1, poly_own_normal(&triangle, 0u)));
@@ -166,10 +168,10 @@ static inline Meeting meet_inside(WorldShape facet, HullTables tables, bool is_a
 
 // Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the facet
 // count where the centre of the shape is not.
-static inline Manifold keep_points_inside(WorldShape a, WorldShape b, HullTables tables, bool is_a,
+static inline Manifold keep_points_inside(const WorldShape* a, const WorldShape* b, const HullTables* tables, bool is_a,
                                           const Manifold* shared, real limit) {
   const Polytope facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
-  const Vec3 other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
+  const Vec3 other = into_frame(facet.axes, sub3(is_a ? b->center : a->center, facet.center));
   const bool in_front = facet_looks_at(&facet, dot3(poly_own_normal(&facet, 0u), other) - poly_own_plane(&facet, 0u).w);
   Manifold m = manifold_along(shared->normal, shared->frame, shared->radius_a, shared->radius_b);
   for (u32 k = 0u; k < shared->count; ++k) {
@@ -179,10 +181,10 @@ static inline Manifold keep_points_inside(WorldShape a, WorldShape b, HullTables
     const Vec3 at_a = sub3(point.anchor_a, scale3(shared->radius_a, shared->normal));
     const Vec3 at_b = add3(point.anchor_b, scale3(shared->radius_b, shared->normal));
     const Vec3 displacement =  // of a past b
-        sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
-             add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
+        sub3(add3(a->displacement, cross3(a->angular_displacement, sub3(at_a, a->center))),
+             add3(b->displacement, cross3(b->angular_displacement, sub3(at_b, b->center))));
     const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_contains(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a.margin))
+    if (facet_contains(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a->margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;
@@ -191,8 +193,8 @@ static inline Manifold keep_points_inside(WorldShape a, WorldShape b, HullTables
 
 // Where the surfaces face each other along the best normal that there is. A facet whose best normal is not its own to
 // tell, or that has none, still tells what comes down on its inside.
-static inline Manifold patches_touch(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                     real limit) {
+CALLED Manifold patches_touch(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                              const HullTables* tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
   const bool facet_a = is_facet(kind_a, a), facet_b = is_facet(kind_b, b), facet = facet_a || facet_b;

@@ -6,16 +6,16 @@
 #include "shapes/axes.h"
 
 // The size of the smaller one of two shapes; a plane, of size 0, has none.
-static inline real smaller_size(WorldShape a, WorldShape b) {
-  const real size_a = length3(a.size), size_b = length3(b.size);
+static inline real smaller_size(const WorldShape* a, const WorldShape* b) {
+  const real size_a = length3(a->size), size_b = length3(b->size);
   return size_a > (real)0 && (size_a < size_b || !(size_b > (real)0)) ? size_a : size_b;
 }
 
 // What is left to the wish that contacts keep their features, relative to the smaller shape, and to rounding, relative
 // to both: coordinates are those of the larger one.
-static inline real shape_tolerance(WorldShape a, WorldShape b) {
+static inline real shape_tolerance(const WorldShape* a, const WorldShape* b) {
   const real rounding = sizeof(real) == 4 ? (real)2.4e-7 : (real)4.5e-16;
-  return (real)2e-6 * smaller_size(a, b) + rounding * (length3(a.size) + length3(b.size));
+  return (real)2e-6 * smaller_size(a, b) + rounding * (length3(a->size) + length3(b->size));
 }
 
 // "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
@@ -34,12 +34,12 @@ typedef struct Polytope {
 #if FEATURE_SEAMS
   u32 first_seam, seam_count;  // those that count against its crossings (seams.h)
 #endif
-  HullTables tables;
+  const HullTables* tables;
 } Polytope;
 
-static inline bool is_facet(u32 kind, WorldShape shape) {
+static inline bool is_facet(u32 kind, const WorldShape* shape) {
 #if FEATURE_FACETS
-  return kind == SHAPE_HULL && !shape.alone && (shape.hull & HULL_IS_FACET) != 0u;
+  return kind == SHAPE_HULL && !shape->alone && (shape->hull & HULL_IS_FACET) != 0u;
 #else
   return false;
 #endif
@@ -70,12 +70,12 @@ static inline Vec4 facet_plane(const HullTables* tables, u32 index, u32 f) {
 }
 #endif
 
-static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables) {
+CALLED Polytope polytope_of(u32 kind, const WorldShape* shape, const HullTables* tables) {
   Polytope p;
   p.kind = kind;
-  p.center = shape.center;
-  p.axes = axes_of(shape.rotation);
-  p.size = shape.size;
+  p.center = shape->center;
+  p.axes = axes_of(shape->rotation);
+  p.size = shape->size;
   p.vertices = kind == SHAPE_BOX ? 8 : 2;
   p.faces = kind == SHAPE_BOX ? 6 : 0;
   p.edges = kind == SHAPE_BOX ? 12 : 1;
@@ -93,17 +93,17 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
 #endif
   p.tables = tables;
 #if FEATURE_FACETS
-  if (kind == SHAPE_HULL && (shape.hull & HULL_IS_FACET) != 0u) {
-    p.index = shape.hull & ~HULL_IS_FACET;
+  if (kind == SHAPE_HULL && (shape->hull & HULL_IS_FACET) != 0u) {
+    p.index = shape->hull & ~HULL_IS_FACET;
     p.vertices = 3u;
     p.faces = 1u;
     p.edges = 3u;
-    p.flags = tables.facets[p.index].flags;
+    p.flags = tables->facets[p.index].flags;
     return p;
   }
 #endif
   if (FEATURE_HULLS && kind == SHAPE_HULL) {
-    const Hull hull = tables.hulls[shape.hull];
+    const Hull hull = tables->hulls[shape->hull];
     p.vertices = hull.vertex_count;
     p.faces = hull.face_count;
     p.edges = hull.edge_count;
@@ -117,10 +117,10 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
 // Bits 0, 1, 2 of a box's vertex say on which side along x, y, z it is.
 static inline Vec3 poly_own_vertex(const Polytope* p, u32 i) {
 #if FEATURE_FACETS
-  if (p->index != NONE) return facet_vertex(p->tables.facets + p->index, i);
+  if (p->index != NONE) return facet_vertex(p->tables->facets + p->index, i);
 #endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL) {
-    const Vec4 v = p->tables.vertices[p->first_vertex + i];
+    const Vec4 v = p->tables->vertices[p->first_vertex + i];
     return make3(v.x, v.y, v.z);
   }
   if (p->kind == SHAPE_CAPSULE) return make3((real)0, (real)0, i == 0 ? -p->size.y : p->size.y);
@@ -136,9 +136,9 @@ static inline Vec3 poly_vertex(const Polytope* p, u32 i) {
 // xyz . x = w.
 static inline Vec4 poly_own_plane(const Polytope* p, u32 f) {
 #if FEATURE_FACETS
-  if (p->index != NONE) return facet_plane(&p->tables, p->index, f);
+  if (p->index != NONE) return facet_plane(p->tables, p->index, f);
 #endif
-  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.planes[p->first_face + f];
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables->planes[p->first_face + f];
   const real side = (f & 1) != 0 ? (real)1 : (real)-1;
   const u32 k = f >> 1;
   Vec4 plane;
@@ -158,7 +158,7 @@ static inline u32 poly_corner_count(const Polytope* p, u32 f) {
 #if FEATURE_FACETS
   if (p->index != NONE) return 3u;
 #endif
-  return FEATURE_HULLS && p->kind == SHAPE_HULL ? p->tables.faces[p->first_face + f].corner_count : 4;
+  return FEATURE_HULLS && p->kind == SHAPE_HULL ? p->tables->faces[p->first_face + f].corner_count : 4;
 }
 
 // The vertex at corner i of face f, counter-clockwise seen from outside.
@@ -167,7 +167,7 @@ static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
   if (p->index != NONE) return i;
 #endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL)
-    return p->tables.corners[p->tables.faces[p->first_face + f].first_corner + i];
+    return p->tables->corners[p->tables->faces[p->first_face + f].first_corner + i];
   const u32 k = f >> 1, side = f & 1, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
   const u32 early = i == 1 || i == 2 ? 1 : 0, late = i == 2 || i == 3 ? 1 : 0;
   return side << k | (side != 0 ? early : late) << u | (side != 0 ? late : early) << v;
@@ -182,7 +182,7 @@ static inline HullEdge poly_edge(const Polytope* p, u32 e) {
     return of_facet;
   }
 #endif
-  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.edges[p->first_edge + e];
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables->edges[p->first_edge + e];
   HullEdge edge = {0, 1, NONE, NONE};
   if (p->kind == SHAPE_CAPSULE) return edge;
   const u32 k = e >> 2, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
@@ -196,7 +196,7 @@ static inline HullEdge poly_edge(const Polytope* p, u32 e) {
 }
 
 // The first of the vertices that are farthest along an own direction.
-static inline u32 poly_support(const Polytope* p, Vec3 own) {
+CALLED u32 poly_support(const Polytope* p, Vec3 own) {
   if (p->kind == SHAPE_CAPSULE) return own.z > (real)0 ? 1 : 0;
   if (p->kind == SHAPE_BOX)
     return (own.x > (real)0 ? 1u : 0u) | (own.y > (real)0 ? 2u : 0u) | (own.z > (real)0 ? 4u : 0u);
@@ -213,7 +213,7 @@ static inline u32 poly_support(const Polytope* p, Vec3 own) {
 }
 
 // How far the polytope reaches from its centre along a direction in the world.
-static inline real poly_extent(const Polytope* p, Vec3 direction) {
+CALLED real poly_extent(const Polytope* p, Vec3 direction) {
   const Vec3 own = into_frame(p->axes, direction);
   return dot3(own, poly_own_vertex(p, poly_support(p, own)));
 }
@@ -265,8 +265,7 @@ static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (rea
 
 // Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a
 // normal: a crossing that is no worse by much says where.
-static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 frame, Vec3 at_a, Vec3 at_b,
-                                    real tolerance) {
+CALLED Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 frame, Vec3 at_a, Vec3 at_b, real tolerance) {
   if (gap > best.gap + (best.frame == NORMAL_FIXED && frame == NORMAL_FIXED ? (real)0 : tolerance)) {
     best.gap = gap;
     best.normal = normal;

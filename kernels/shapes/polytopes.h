@@ -20,7 +20,7 @@ typedef struct FaceQuery {
 } FaceQuery;
 
 // Stops at the first gap above the limit. Where none of the faces counts the gap is -1e30.
-static inline FaceQuery poly_face_query(const Polytope* p, const Polytope* q, real limit) {
+CALLED FaceQuery poly_face_query(const Polytope* p, const Polytope* q, real limit) {
   FaceQuery best;
   best.gap = (real)-1e30;
   best.normal = make3((real)0, (real)0, (real)1);
@@ -79,8 +79,8 @@ static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 no
 }
 
 // Two crossing edges against what is best so far.
-static inline Meeting poly_cross_edges(const Polytope* a, const Polytope* b, const EdgeSpan* edge_a, u32 j,
-                                       Meeting best, real tolerance) {
+CALLED Meeting poly_cross_edges(const Polytope* a, const Polytope* b, const EdgeSpan* edge_a, u32 j, Meeting best,
+                                real tolerance) {
   const EdgeSpan edge_b = poly_own_edge(b, j);
   const Vec3 across = cross3(edge_a->along, edge_b.along);
   const real square = dot3(across, across);
@@ -126,7 +126,7 @@ static inline Meeting poly_edge_query_in_lanes(const Polytope* a, const Polytope
 #endif
 
 // All crossing edges against what the faces gave.
-static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
+CALLED Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
 #if LANES > 1
   if (a->edges > 1) return poly_edge_query_in_lanes(a, b, best, tolerance);  // the lanes are filled once for all of a
 #endif
@@ -143,7 +143,7 @@ static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meet
 // The closest points of the edges of shapes that are apart, as the line between them (Ericson, Real-Time Collision
 // Detection, 5.1.9). Of points that are as close but for rounding, as those of the edges of a vertex are, the line that
 // separates best.
-static inline Meeting poly_closest_edges(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
+CALLED Meeting poly_closest_edges(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
   real least = (real)1e30, gap = (real)-1e30;
   Vec3 normal = make3((real)0, (real)0, (real)1), between = normal, on_a = make3((real)0, (real)0, (real)0);
   for (u32 i = 0; i < a->edges; ++i) {
@@ -196,7 +196,7 @@ static inline Meeting poly_meet_face_of_b(const Polytope* a, const Polytope* b, 
 }
 
 // The best normal. Gaps above the limit are not looked into any further.
-static inline Meeting polytopes_meet(const Polytope* a, const Polytope* b, real limit, real tolerance) {
+CALLED Meeting polytopes_meet(const Polytope* a, const Polytope* b, real limit, real tolerance) {
   Meeting best = poly_meet_face_of_a(a, b, no_meeting(), limit, tolerance);
   if (best.gap > limit) return best;
   best = poly_meet_face_of_b(a, b, best, limit, tolerance);

@@ -149,7 +149,7 @@ static inline RayEntry ray_cylinder(Vec3 o, Vec3 d, real radius, real half_lengt
   return ray_entry(distance, make3((real)0, (real)0, end));
 }
 
-static inline RayEntry ray_shape(u32 kind, Vec3 o, Vec3 d, Vec3 size, u32 hull, HullTables tables) {
+static inline RayEntry ray_shape(u32 kind, Vec3 o, Vec3 d, Vec3 size, u32 hull, const HullTables* tables) {
   switch (kind) {
     case SHAPE_SPHERE: return ray_sphere(o, d, size.x);
     case SHAPE_CAPSULE: return ray_capsule(o, d, size.x, size.y);
@@ -157,9 +157,9 @@ static inline RayEntry ray_shape(u32 kind, Vec3 o, Vec3 d, Vec3 size, u32 hull, 
     case SHAPE_CYLINDER: return ray_cylinder(o, d, size.x, size.y);
     case SHAPE_HULL:
 #if FEATURE_FACETS
-      if ((hull & HULL_IS_FACET) != 0u) return ray_facet(o, d, tables.facets + (hull & ~HULL_IS_FACET));
+      if ((hull & HULL_IS_FACET) != 0u) return ray_facet(o, d, tables->facets + (hull & ~HULL_IS_FACET));
 #endif
-      return ray_hull(o, d, tables.hulls[hull], tables.planes);
+      return ray_hull(o, d, tables->hulls[hull], tables->planes);
     case SHAPE_PLANE: return ray_plane(o, d);
     default: return no_entry();
   }

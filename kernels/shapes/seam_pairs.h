@@ -8,10 +8,10 @@
 #include "shapes/seams.h"
 
 #if FEATURE_SEAMS
-static inline Polytope polytope_with_seams(u32 kind, WorldShape shape, HullTables tables) {
+static inline Polytope polytope_with_seams(u32 kind, const WorldShape* shape, const HullTables* tables) {
   Polytope p = polytope_of(kind, shape, tables);
-  p.first_seam = shape.first_seam;
-  p.seam_count = shape.seam_count;
+  p.first_seam = shape->first_seam;
+  p.seam_count = shape->seam_count;
   return p;
 }
 
@@ -43,10 +43,11 @@ typedef struct OtherShape {
 } OtherShape;
 
 // How deep the other shape is below a plane in the frame of p, m; negative above it.
-static inline real depth_below(const Polytope* p, const OtherShape* v, HullTables tables, Vec3 normal, real offset) {
+static inline real depth_below(const Polytope* p, const OtherShape* v, const HullTables* tables, Vec3 normal,
+                               real offset) {
   if (v->radius > (real)0 && v->kind != SHAPE_CYLINDER) return offset + v->radius - dot3(normal, v->core);
   const Vec3 world = out_of_frame(p->axes, normal);
-  return offset + core_extent(v->kind, v->shape, tables, scale3((real)-1, world)) -
+  return offset + core_extent(v->kind, &v->shape, tables, scale3((real)-1, world)) -
          dot3(world, sub3(v->shape.center, p->center));
 }
 
@@ -70,7 +71,7 @@ static inline bool poly_meets_stretch(const Polytope* p, Vec3 start, Vec3 along,
 // is over a face of it just beside, and not below this face, and the point is not above it, nor does the surface of p
 // rise from it there.
 static inline bool neighbour_supports(const Polytope* p, const Polytope* neighbour, const OtherShape* v,
-                                      HullTables tables, real tolerance) {
+                                      const HullTables* tables, real tolerance) {
   const real size = length3(v->shape.size);
   for (u32 f = 0u; f < neighbour->faces; ++f) {
     const Vec4 plane = poly_own_plane(neighbour, f);
@@ -100,7 +101,7 @@ static inline bool neighbour_supports(const Polytope* p, const Polytope* neighbo
 }
 
 // Whether some neighbour beyond a gap holds the other shape.
-static inline bool gaps_cover(const Polytope* p, const OtherShape* v, HullTables tables) {
+static inline bool gaps_cover(const Polytope* p, const OtherShape* v, const HullTables* tables) {
   for (u32 k = 0u; k < p->seam_count; ++k) {
     if (!seam_has_gap(p, k)) continue;
     const Polytope neighbour = seam_neighbour(p, k);
@@ -110,9 +111,9 @@ static inline bool gaps_cover(const Polytope* p, const OtherShape* v, HullTables
 }
 
 // Whether the neighbours of one side cover all points of a manifold. `other`: what comes.
-static inline bool seams_cover_side(u32 kind, WorldShape shape, u32 other_kind, WorldShape other, HullTables tables,
-                                    const Manifold* m, bool is_a) {
-  if (shape.seam_count == 0u) return false;
+CALLED bool seams_cover_side(u32 kind, const WorldShape* shape, u32 other_kind, const WorldShape* other,
+                             const HullTables* tables, const Manifold* m, bool is_a) {
+  if (shape->seam_count == 0u) return false;
   const Polytope p = polytope_with_seams(kind, shape, tables);
   const Vec3 up = into_frame(p.axes, is_a ? scale3((real)-1, m->normal) : m->normal);
   for (u32 k = 0u; k < m->count; ++k) {
@@ -123,7 +124,7 @@ static inline bool seams_cover_side(u32 kind, WorldShape shape, u32 other_kind, 
                                        : add3(m->points[k].anchor_b, scale3(m->radius_b + gap, m->normal));
     OtherShape touching;
     touching.kind = other_kind;
-    touching.shape = other;
+    touching.shape = *other;
     touching.point = moved_to_edge(&p, into_frame(p.axes, sub3(point, p.center)), up);
     touching.up = up;
     if (seams_cover(&p, touching.point, up)) continue;
@@ -134,16 +135,16 @@ static inline bool seams_cover_side(u32 kind, WorldShape shape, u32 other_kind, 
   return true;
 }
 
-static inline bool seams_cover_all(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                   const Manifold* m) {
+CALLED bool seams_cover_all(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables,
+                            const Manifold* m) {
   return m->count > 0u && (seams_cover_side(kind_a, a, kind_b, b, tables, m, true) ||
                            seams_cover_side(kind_b, b, kind_a, a, tables, m, false));
 }
 
-// A sphere that reaches through what covers the nearest face of b: through another one, if its centre is in b.
-static inline Manifold sphere_over_seams(WorldShape a, u32 kind_b, WorldShape b, HullTables tables) {
+// A sphere that reaches through what covers the nearest face of b: through another one, if its centre is in b->
+CALLED Manifold sphere_over_seams(const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables) {
   const Polytope p = polytope_with_seams(kind_b, b, tables);
-  const Vec3 center = into_frame(p.axes, sub3(a.center, p.center));
+  const Vec3 center = into_frame(p.axes, sub3(a->center, p.center));
   Manifold best = no_manifold();
   if (is_facet(kind_b, b) || !poly_contains(&p, center, (real)0, (real)0)) return best;
   real highest = (real)-1e30;
@@ -152,18 +153,18 @@ static inline Manifold sphere_over_seams(WorldShape a, u32 kind_b, WorldShape b,
     const Vec3 own = make3(plane.x, plane.y, plane.z);
     const real height = dot3(own, center) - plane.w;
     if (!(height > highest) || height < -plane.w) continue;  // not through its middle
-    const Vec3 normal = out_of_frame(p.axes, own), foot = sub3(a.center, scale3(height, normal));
+    const Vec3 normal = out_of_frame(p.axes, own), foot = sub3(a->center, scale3(height, normal));
     if (seams_cover(&p, sub3(center, scale3(height, own)), own)) continue;
     highest = height;
-    best = manifold_at(normal, NORMAL_OF_B, a.center, a.size.x, foot, (real)0, 0u);
+    best = manifold_at(normal, NORMAL_OF_B, a->center, a->size.x, foot, (real)0, 0u);
   }
   return best;
 }
 
 #if FEATURE_FACETS
 // Along the normal of a facet, what it holds.
-static inline Manifold facet_over_seams(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                        bool is_a, real limit) {
+static inline Manifold facet_over_seams(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                                        const HullTables* tables, bool is_a, real limit) {
   const Meeting inside = meet_inside(is_a ? a : b, tables, is_a);
   const Manifold shared = touch_along(kind_a, a, kind_b, b, tables, inside, limit, shape_tolerance(a, b));
   const Manifold m = keep_points_inside(a, b, tables, is_a, &shared, limit);
@@ -187,8 +188,8 @@ static inline FaceChoice face_choice(real gap, u32 index, u32 frame, Vec3 normal
 // The best of the faces that come after one that was tried, in the order of their gaps; none: its gap is -1e30. A face
 // that the other shape reaches behind the middle of is none, nor one behind which it is deeper than the middle of the
 // smaller of the two.
-static inline FaceChoice next_face(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                   FaceChoice tried) {
+CALLED FaceChoice next_face(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables,
+                            FaceChoice tried) {
   FaceChoice best = face_choice((real)-1e30, 0u, NORMAL_FIXED, make3((real)0, (real)0, (real)1));
   const real deepest = (real)-0.5 * smaller_size(a, b);
   u32 index = 0u;
@@ -196,12 +197,12 @@ static inline FaceChoice next_face(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
     const bool of_a = side == 0u;
     const u32 kind = of_a ? kind_a : kind_b, other_kind = of_a ? kind_b : kind_a;
     if (kind != SHAPE_BOX && kind != SHAPE_HULL) continue;
-    const WorldShape shape = of_a ? a : b, other = of_a ? b : a;
+    const WorldShape *shape = of_a ? a : b, *other = of_a ? b : a;
     const Polytope p = polytope_of(kind, shape, tables);
     for (u32 f = 0u; f < p.faces; ++f, ++index) {
       const Vec4 plane = poly_own_plane(&p, f);
       const Vec3 out = out_of_frame(p.axes, make3(plane.x, plane.y, plane.z));
-      const real gap = dot3(out, sub3(other.center, p.center)) -
+      const real gap = dot3(out, sub3(other->center, p.center)) -
                        core_extent(other_kind, other, tables, scale3((real)-1, out)) - plane.w;
       const bool after = gap < tried.gap || (gap == tried.gap && index > tried.index);
       if (!after || !(gap > best.gap) || gap < -plane.w || gap < deepest) continue;
@@ -213,8 +214,8 @@ static inline FaceChoice next_face(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
 
 // Where the two cross at edges that no neighbour covers; only of shapes that overlap, and by less than to the middle
 // of either.
-static inline Meeting meet_open_edges(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                      real tolerance) {
+CALLED Meeting meet_open_edges(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                               const HullTables* tables, real tolerance) {
   const Meeting none = no_meeting();
   if (kind_a == SHAPE_CYLINDER || kind_b == SHAPE_CYLINDER) return none;
   const Polytope one = polytope_with_seams(kind_a, a, tables), other = polytope_with_seams(kind_b, b, tables);
@@ -225,8 +226,8 @@ static inline Meeting meet_open_edges(u32 kind_a, WorldShape a, u32 kind_b, Worl
 }
 
 // What is left where the best normal of a pair is covered. Kinds in order, as in collide_shapes.
-static inline Manifold touch_over_seams(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
-                                        real limit) {
+CALLED Manifold touch_over_seams(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b,
+                                 const HullTables* tables, real limit) {
   if (kind_a == SHAPE_SPHERE) return sphere_over_seams(a, kind_b, b, tables);
 #if FEATURE_FACETS
   if (is_facet(kind_a, a) || is_facet(kind_b, b))

@@ -10,7 +10,7 @@
 // The planes that bound a polytope; of a facet both of its sides, then those across its edges.
 static inline u32 bound_count(const Polytope* p) { return p->faces == 1u ? 5u : p->faces; }
 
-static inline Vec4 bound_plane(const Polytope* p, u32 f) {
+CALLED Vec4 bound_plane(const Polytope* p, u32 f) {
   if (p->faces > 1u || f == 0u) return poly_own_plane(p, f);
   Vec4 plane = poly_own_plane(p, 0u);
   const Vec3 normal = make3(plane.x, plane.y, plane.z);
@@ -32,7 +32,7 @@ static inline Vec4 bound_plane(const Polytope* p, u32 f) {
 }
 
 // Whether a polytope contains a point, own coordinates, or is no farther than the tolerance from it.
-static inline bool poly_contains(const Polytope* p, Vec3 point, real tolerance, real behind) {
+CALLED bool poly_contains(const Polytope* p, Vec3 point, real tolerance, real behind) {
   for (u32 f = 0u; f < bound_count(p); ++f) {
     const Vec4 plane = bound_plane(p, f);
     const real least = f == 1u && p->faces == 1u ? behind : tolerance;
@@ -41,24 +41,24 @@ static inline bool poly_contains(const Polytope* p, Vec3 point, real tolerance, 
   return true;
 }
 
-static inline real seam_tolerance(const Polytope* p, u32 k) { return p->tables.seams[p->first_seam + k].tolerance; }
-static inline bool seam_has_gap(const Polytope* p, u32 k) { return p->tables.seams[p->first_seam + k].has_gap != 0u; }
+static inline real seam_tolerance(const Polytope* p, u32 k) { return p->tables->seams[p->first_seam + k].tolerance; }
+static inline bool seam_has_gap(const Polytope* p, u32 k) { return p->tables->seams[p->first_seam + k].has_gap != 0u; }
 
 // The k-th neighbour of p, in the frame of p.
 static inline Polytope seam_neighbour(const Polytope* p, u32 k) {
-  global const Seam* seam = p->tables.seams + p->first_seam + k;
+  global const Seam* seam = p->tables->seams + p->first_seam + k;
   WorldShape shape;
   shape.center = make3(seam->offset[0], seam->offset[1], seam->offset[2]);
   shape.rotation = make4(seam->rotation[0], seam->rotation[1], seam->rotation[2], seam->rotation[3]);
   shape.size = make3(seam->size[0], seam->size[1], seam->size[2]);
   shape.hull = seam->hull;
   shape.alone = false;
-  return polytope_of(seam->kind, shape, p->tables);
+  return polytope_of(seam->kind, &shape, p->tables);
 }
 
 // Whether a point is in the sphere around a neighbour: most are not.
 static inline bool is_near_seam(const Polytope* p, u32 k, Vec3 point) {
-  global const Seam* seam = p->tables.seams + p->first_seam + k;
+  global const Seam* seam = p->tables->seams + p->first_seam + k;
   const Vec3 d = sub3(point, make3(seam->offset[0], seam->offset[1], seam->offset[2]));
   const real radius = length3(make3(seam->size[0], seam->size[1], seam->size[2])) + (real)2 * seam->tolerance;
   return dot3(d, d) <= radius * radius;
@@ -66,7 +66,7 @@ static inline bool is_near_seam(const Polytope* p, u32 k, Vec3 point) {
 
 // Whether a neighbour contains a point and rises above it along a unit direction, or is a facet that this points into
 // from behind; both in the frame of the shape.
-static inline bool neighbour_covers(const Polytope* neighbour, Vec3 point, Vec3 up, real tolerance) {
+CALLED bool neighbour_covers(const Polytope* neighbour, Vec3 point, Vec3 up, real tolerance) {
   const Vec3 at = into_frame(neighbour->axes, sub3(point, neighbour->center));
   if (!poly_contains(neighbour, at, tolerance, (real)500 * tolerance)) return false;
   const Vec3 own_up = into_frame(neighbour->axes, up);
@@ -77,7 +77,7 @@ static inline bool neighbour_covers(const Polytope* neighbour, Vec3 point, Vec3 
   return neighbour->faces == 1u && dot3(own_up, poly_own_normal(neighbour, 0u)) < (real)-0.5;
 }
 
-static inline bool some_neighbour_covers(const Polytope* p, Vec3 point, Vec3 up) {
+CALLED bool some_neighbour_covers(const Polytope* p, Vec3 point, Vec3 up) {
   for (u32 k = 0u; k < p->seam_count; ++k) {
     if (seam_has_gap(p, k) || !is_near_seam(p, k, point)) continue;
     const Polytope neighbour = seam_neighbour(p, k);
@@ -94,7 +94,7 @@ static inline bool seam_is_open_at(const Polytope* p, Vec3 point, Vec3 normal, r
 
 // Whether the face of p that looks along a unit direction goes on beside the point, out of all neighbours: out of each
 // of those that cover the point, through the face of it that is there, or out of all of them at once.
-static inline bool face_goes_on(const Polytope* p, Vec3 point, Vec3 up) {
+CALLED bool face_goes_on(const Polytope* p, Vec3 point, Vec3 up) {
   u32 face = 0u;
   for (u32 f = 1u; f < p->faces; ++f)
     if (dot3(up, poly_own_normal(p, f)) > dot3(up, poly_own_normal(p, face))) face = f;
@@ -128,7 +128,7 @@ static inline bool face_goes_on(const Polytope* p, Vec3 point, Vec3 up) {
 
 // Whether its neighbours cover a point of the surface of p against a contact whose unit normal points out of p, both in
 // own coordinates.
-static inline bool seams_cover(const Polytope* p, Vec3 point, Vec3 up) {
+CALLED bool seams_cover(const Polytope* p, Vec3 point, Vec3 up) {
   return some_neighbour_covers(p, point, up) && !face_goes_on(p, point, up);
 }
 #endif

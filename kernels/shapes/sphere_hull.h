@@ -5,12 +5,12 @@
 #include "shapes/sphere_facet.h"
 
 // The closest point of the hull; from inside, through the nearest face.
-static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables, real limit) {
+static inline Manifold sphere_hull(const WorldShape* a, const WorldShape* b, const HullTables* tables, real limit) {
   const Polytope hull = polytope_of(SHAPE_HULL, b, tables);
 #if FEATURE_FACETS
   if (hull.facet) return sphere_facet(a, b, &hull, limit);
 #endif
-  const Vec3 center = into_frame(hull.axes, sub3(a.center, b.center));
+  const Vec3 center = into_frame(hull.axes, sub3(a->center, b->center));
   real gap = (real)-1e30;
   u32 face = 0;
   for (u32 f = 0; f < hull.faces; ++f) {
@@ -21,7 +21,7 @@ static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables
       face = f;
     }
   }
-  if (gap > limit + a.size.x) return no_manifold();
+  if (gap > limit + a->size.x) return no_manifold();
   const Vec3 out = poly_own_normal(&hull, face);
   // a point in front of the face that it is farthest from is nearest to that face, or to an edge
   bool over_face = true;
@@ -35,7 +35,7 @@ static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables
   }
   if (over_face) {
     const Vec3 normal = out_of_frame(hull.axes, out);
-    return manifold_at(normal, NORMAL_OF_B, a.center, a.size.x, sub3(a.center, scale3(gap, normal)), (real)0, 0);
+    return manifold_at(normal, NORMAL_OF_B, a->center, a->size.x, sub3(a->center, scale3(gap, normal)), (real)0, 0);
   }
   const real face_gap = gap;
   // Of edges that are as near but for rounding, as those of a vertex are, the one whose way separates best; of faces in
@@ -63,8 +63,8 @@ static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables
   }
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about
   const u32 frame = !found ? NORMAL_OF_B : at_vertex ? NORMAL_BETWEEN : NORMAL_FIXED;
-  return manifold_at(out_of_frame(hull.axes, found ? own : out), frame, a.center, a.size.x,
-                     add3(b.center, out_of_frame(hull.axes, nearest)), (real)0, 0);
+  return manifold_at(out_of_frame(hull.axes, found ? own : out), frame, a->center, a->size.x,
+                     add3(b->center, out_of_frame(hull.axes, nearest)), (real)0, 0);
 }
 
 #endif

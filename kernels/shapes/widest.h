@@ -15,7 +15,7 @@ static inline real shared_area(Vec3 p, Vec3 q, Vec3 r, Vec3 s, Vec3 normal) {
 }
 
 // The point of a disc's rim that is farthest along a direction across the normal.
-static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Vec3 direction, u32 i) {
+CALLED SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Vec3 direction, u32 i) {
   SharedPoint none = {0};
   const Patch* p = of_first ? &pair->first : &pair->second;
   const Patch* q = of_first ? &pair->second : &pair->first;
@@ -42,8 +42,8 @@ typedef struct Outline {
   bool deep[SHARED_DIRECTIONS + 1];  // as deep as the deepest
 } Outline;
 
-static inline void outline_offer(Outline* outline, const SharedPoint* point, u32 at, u32 first_direction,
-                                 u32 end_direction, bool deep) {
+CALLED void outline_offer(Outline* outline, const SharedPoint* point, u32 at, u32 first_direction, u32 end_direction,
+                          bool deep) {
   const Vec3 d = sub3(point->on_a, outline->origin);
   const real x = dot3(outline->u, d), y = dot3(outline->v, d);
   const Vec3 along_x = make3((real)1, (real)0, (real)0), along_y = make3((real)0, (real)1, (real)0);
@@ -61,8 +61,8 @@ static inline void outline_offer(Outline* outline, const SharedPoint* point, u32
 }
 
 // Rims have points along any direction: more of them than the fixed ones, which may all lie elsewhere.
-static inline Outline shared_outline(const PatchPair* pair, const SharedPoint* kept, u32 count, real limit, real least,
-                                     const SharedPoint* deepest, const Chosen* chosen) {
+CALLED Outline shared_outline(const PatchPair* pair, const SharedPoint* kept, u32 count, real limit, real least,
+                              const SharedPoint* deepest, const Chosen* chosen) {
   Outline outline;
   outline.origin = chosen->points[0].on_a;
   const Vec3 d = sub3(chosen->points[1].on_a, outline.origin);
@@ -196,8 +196,8 @@ static inline Chosen shared_along_rims(const PatchPair* pair, real limit, real l
 // Takes the widest four of an outline in the place of the chosen ones, if they enclose more, or none of those is deep:
 // what was chosen depends on the first one, and of an octagon many fours are such that no single point in the place of
 // another helps. Little is not worth that contacts lose their features.
-static inline void shared_widen(const PatchPair* pair, const SharedPoint* kept, u32 count, real limit, real least,
-                                const SharedPoint* deepest, Chosen* chosen) {
+CALLED void shared_widen(const PatchPair* pair, const SharedPoint* kept, u32 count, real limit, real least,
+                         const SharedPoint* deepest, Chosen* chosen) {
   const Outline outline = shared_outline(pair, kept, count, limit, least, deepest, chosen);
   const SharedPoint origin = chosen->points[0];
   const Widest widest = outline_widest(&outline);
