@@ -19,6 +19,7 @@
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/measure_backend.hpp"
+#include "host/steppers/sensors.hpp"
 #include "host/steppers/stepper.hpp"
 #include "host/world/angular_velocity.hpp"
 #include "host/world/migrate_state.hpp"
@@ -142,6 +143,9 @@ class EngineOf final : public Engine {
   }
 
   JointState joint_state(u32 joint) override;
+  SensorReading joint_reading(const SensorDescription& sensor) override {
+    return lockstep::joint_reading(sensor, simulation_->backend(), simulation_->params());
+  }
   StepErrors errors() override;
 
   void set_velocities(const std::map<u32, Twist>& velocities) override {
@@ -334,7 +338,7 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
               body_b = constants_.buffers.shape_infos[contact.shape_b].body;
     const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
     contacts.push_back({described_[contact.shape_a], described_[contact.shape_b], vector(geometry.point()),
-                        vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
+                        vector(geometry.normal), vector(contact_impulse(impulse, geometry)), geometry.gap()});
   };
   const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
   const u32 count = simulation_->counters()[COUNTER_CONTACTS], slept = sleeping ? b.slept_count[0] : 0;

@@ -18,6 +18,7 @@ namespace lockstep {
 struct EngineContact {
   DescribedShape a, b;
   Vector3 point, normal, impulse;  // as in BodyContact
+  double gap;
 };
 struct EngineEvent {
   EventKind kind;
@@ -70,6 +71,7 @@ class Engine {
   /// In order, each once.
   virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;
   virtual JointState joint_state(u32 joint) = 0;
+  virtual SensorReading joint_reading(const SensorDescription& sensor) = 0;
   virtual StepErrors errors() = 0;
 
   /// Overwrites those of some bodies.
