@@ -10,12 +10,12 @@
 namespace lockstep {
 
 struct SharedContact {
-  u32 body_a = NONE, body_b = NONE;  // any numbers; NONE: of a body that nothing moves
-  Eigen::Vector3d point;             // where the impulse acts on both, m
-  Eigen::Vector3d normal;            // from b to a, unit
-  Eigen::Vector3d axis;              // of anisotropy; only what of it is in the tangent plane counts
-  double along = 0, across = 0;      // mu along that axis and across it
-  Eigen::Vector3d impulse;           // on a, N s
+  u32 body_a = NONE, body_b = NONE;                   // any numbers; NONE: of a body that nothing moves
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    // where the impulse acts on both, m
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // from b to a, unit
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();     // of anisotropy: what of it is in the tangent plane; zero: none
+  double along = 0, across = 0;                       // mu along that axis and across it; the first where there is none
+  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // on a, N s
 };
 
 /// Of all r_i in the cones of their contacts with the sums of the r_i and of their moments on each body, those with the

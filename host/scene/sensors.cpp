@@ -38,9 +38,9 @@ std::string fault_of(const SensorDescription& sensor, std::span<const SensorDesc
   if (sensor.body >= scene.bodies.size()) return "measures a body that the scene does not have";
   if (is_penalty(scene)) return "no contacts push particles of the model penalty; measure a joint, or use constraints";
   const std::vector<ShapeDescription>& shapes = scene.bodies[sensor.body].shapes;
-  if (sensor.shape && *sensor.shape >= shapes.size())
-    return "the body has " + std::to_string(shapes.size()) + " shapes, and they count from 0";
-  if (sensor.shape ? shapes[*sensor.shape].trigger : std::ranges::all_of(shapes, &ShapeDescription::trigger))
+  if (sensor.shape && !shapes.empty() && *sensor.shape >= shapes.size())
+    return "its shape must be one of the body's, which count from 0 to " + std::to_string(shapes.size() - 1);
+  if (std::ranges::all_of(shapes, &ShapeDescription::trigger) || (sensor.shape && shapes[*sensor.shape].trigger))
     return "measures no shape that anything pushes";
   return "";
 }

@@ -43,7 +43,7 @@ SensorReading World::sensor(const std::string& name) {
     throw Error(Failure::input, where, "measured " + gone->second + ", which was removed");
   std::vector<std::string> names;
   for (const SensorDescription& sensor : sensors) names.push_back(sensor.name);
-  throw Error(Failure::input, where, "is not in this world" + (names.empty() ? "" : "; " + suggestion(name, names)));
+  throw Error(Failure::input, where, "is not in this world; " + suggestion(name, names));
 }
 
 }  // namespace lockstep
