@@ -107,7 +107,8 @@ void add_questions(WorldClass& world) {
             return to_array(std::span<const BodyContact>(contacts));
           },
           "contacts(), with the impulses of least norm that do the same: where several points carry a body, mechanics\n"
-          "does not say how they share the load. Of all that lie in the cones of friction and give each dynamic body the\n"
+          "does not say how they share the load. Of all that lie in the cones of friction and give each dynamic body "
+          "the\n"
           "same force and moment as contacts(), those with the least sum of squares, to 1e-9 (docs/forces.md).")
       .def(
           "sensors", [](SharedWorld& shared) { return list_of(shared.use().sensors()); },

@@ -192,7 +192,8 @@ TEST(Sensors, KeepTheirShapes) {
 TEST(Sensors, AreRefusedInOneLine) {
   World world = world_of(table);
   EXPECT_EQ(refusal([&] { world.sensor("scal"); }), "sensor \"scal\": is not in this world; did you mean \"scale\"?");
-  EXPECT_EQ(refusal([&] { World(empty_scene(), in_double()).sensor("a"); }), "sensor \"a\": is not in this world; there are none");
+  EXPECT_EQ(refusal([&] { World(empty_scene(), in_double()).sensor("a"); }),
+            "sensor \"a\": is not in this world; there are none");
   Scene scene = parse_scene(table, "sensors.json");
   scene.sensors[1].body = 7;
   EXPECT_EQ(refusal([&] { World(scene, in_double()); }),

@@ -11,63 +11,69 @@ namespace lockstep {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Block = Eigen::Matrix<double, 3, 6>;
 
-constexpr double accuracy = 1e-9;  // of the sums, in parts of the largest impulse
-constexpr double wanted = 1e-13;   // the same, where rounding lets it be met
+constexpr double accuracy = 1e-9;      // of the sums, in parts of the largest impulse
+constexpr double wanted = 1e-13;       // the same, where rounding lets it be met
+constexpr double least_slope = 1e-12;  // of a told impulse, where there is no friction: less is rounding
+constexpr double least_axis = 1e-3;    // of what of an axis of anisotropy must be in the tangent plane
 constexpr int most_proximal_steps = 14, most_newton_steps = 60;
-
-// The cone of a contact, in its axes: normal, tangent 1, tangent 2. A direction without friction has mu = 0.
-struct Cone {
-  double mu[2];
-};
 
 struct Projection {
   Vector3d x;
   Matrix3d derivative;  // an element of the generalised Jacobian; symmetric, positive semidefinite
 };
 
-// The nearest point x of the cone to r. On its boundary x_n = s and x_k = mu_k^2 r_k s / ((1 + mu_k^2) s - r_n), where
-// s is the root of sum (mu_k r_k / ((1 + mu_k^2) s - r_n))^2 = 1 (the conditions of Karush, Kuhn and Tucker); Newton's
-// method on the inverse root of that sum, which is linear where the cone is round.
-Projection project(const Cone& cone, const Vector3d& r) {
-  const double n = r[0], a1 = cone.mu[0] * std::abs(r[1]), a2 = cone.mu[1] * std::abs(r[2]);
-  const double c1 = 1 + cone.mu[0] * cone.mu[0], c2 = 1 + cone.mu[1] * cone.mu[1], size = std::hypot(a1, a2);
-  const bool has_1 = cone.mu[0] > 0, has_2 = cone.mu[1] > 0;
-  const double slide = std::hypot(has_1 ? r[1] / cone.mu[0] : 0, has_2 ? r[2] / cone.mu[1] : 0);
-  if (n >= 0 && slide <= n) return {{n, has_1 ? r[1] : 0, has_2 ? r[2] : 0}, Vector3d(1, has_1, has_2).asDiagonal()};
-  if (size <= -n) return {Vector3d::Zero(), Matrix3d::Zero()};
+// The nearest point x to r of the cone (x_1 / mu_1)^2 + (x_2 / mu_2)^2 <= x_n^2, x_n >= 0; there is no x_k where mu_k
+// is 0. On its boundary x_n = s and x_k = mu_k^2 r_k s / d_k with d_k = s - r_n + mu_k^2 s, where s is the root of
+// sum (mu_k r_k / d_k)^2 = 1 (the conditions of Karush, Kuhn and Tucker): by Newton's method on the inverse root of
+// that sum, which is linear where the cone is round.
+Projection project(const Vector2d& mu, const Vector3d& r) {
+  const double n = r[0];
+  const Vector2d c = Vector2d::Ones() + mu.cwiseAbs2(), a = mu.cwiseProduct(r.tail<2>().cwiseAbs());
+  Vector3d has(1, 0, 0);
+  double slope_of_r = 0;
+  for (int k = 0; k < 2; ++k) {
+    if (mu[k] == 0) continue;
+    has[k + 1] = 1;
+    slope_of_r = std::hypot(slope_of_r, r[k + 1] / mu[k]);
+  }
+  if (slope_of_r <= n) return {has.cwiseProduct(r), has.asDiagonal()};
+  if (a.norm() <= -n) return {Vector3d::Zero(), Matrix3d::Zero()};
 
-  double s = std::max(n, (size + n) / std::max(c1, c2));
+  double s = std::max(n, (a.norm() + n) / c.maxCoeff());  // below the root
   for (int i = 0; i < 100; ++i) {
-    const double d1 = c1 * s - n, d2 = c2 * s - n;
-    const double sum = (a1 > 0 ? a1 * a1 / (d1 * d1) : 0) + (a2 > 0 ? a2 * a2 / (d2 * d2) : 0);
-    const double slope =
-        -2 * ((a1 > 0 ? c1 * a1 * a1 / (d1 * d1 * d1) : 0) + (a2 > 0 ? c2 * a2 * a2 / (d2 * d2 * d2) : 0));
-    const double step = 2 * sum * (1 - std::sqrt(sum)) / slope;
+    double sum = 0, derivative = 0;
+    for (int k = 0; k < 2; ++k) {
+      if (a[k] == 0) continue;
+      const double d = s - n + mu[k] * mu[k] * s, square = a[k] * a[k] / (d * d);
+      sum += square;
+      derivative -= 2 * c[k] * square / d;
+    }
+    const double step = 2 * sum * (1 - std::sqrt(sum)) / derivative;
     s += step;
     if (std::abs(step) <= 1e-16 * s) break;
   }
-  Projection on;
-  on.x = {s, 0, 0};
-  Vector3d outward(-s, 0, 0), curvature(n / s, 0, 0);  // gradient of the cone's function at x; diagonal of A
+  // the gradient of the cone's function at x, and the diagonal of A, the Hessian of the Lagrangian
+  Vector3d x(s, 0, 0), outward(-s, 0, 0), diagonal(n / s, 0, 0);
   for (int k = 0; k < 2; ++k) {
-    const double mu = cone.mu[k], squared = mu * mu;
-    if (mu == 0) continue;
-    on.x[k + 1] = squared * r[k + 1] * s / ((1 + squared) * s - n);
-    outward[k + 1] = on.x[k + 1] / squared;
-    curvature[k + 1] = 1 + (1 - n / s) / squared;
+    if (mu[k] == 0) continue;
+    const double squared = mu[k] * mu[k];
+    x[k + 1] = squared * r[k + 1] * s / (s - n + squared * s);
+    outward[k + 1] = x[k + 1] / squared;
+    diagonal[k + 1] = 1 + (1 - n / s) / squared;
   }
-  // A = 1 + kappa Q of the Lagrangian, restricted to the plane that touches the cone: 1 along x, and bent across it
-  const Vector3d along = on.x.normalized();
-  on.derivative = along * along.transpose();
-  if (has_1 && has_2) {
-    const Vector3d across = outward.cross(on.x).normalized();
-    on.derivative += across * across.transpose() / across.dot(curvature.cwiseProduct(across));
+  // the inverse of A in the plane that touches the cone: 1 along x, bent across it
+  const Vector3d along = x.normalized();
+  Matrix3d derivative = along * along.transpose();
+  if (mu.minCoeff() > 0) {
+    const Vector3d across = outward.cross(x).normalized();
+    derivative += across * across.transpose() / across.dot(diagonal.cwiseProduct(across));
   }
-  return on;
+  return {x, derivative};
 }
 
 Matrix3d cross(const Vector3d& a) {
@@ -86,8 +92,8 @@ class Problem {
 
  private:
   struct Row {
-    Matrix3d axes;  // columns: normal and tangents
-    Cone cone;
+    Matrix3d axes;       // columns: normal and tangents
+    Vector2d mu;         // along the tangents
     int body[2];         // of the unknowns; -1: none
     Block from_body[2];  // velocity of the contact, in its axes, of those of a body
     Vector3d told;
@@ -107,27 +113,28 @@ class Problem {
   bool is_analyzed_ = false;
 };
 
-// The axes of a contact, and its cone, as wide as the told impulse where that is outside of it.
+// Normal, tangent along the axis of anisotropy, tangent across it.
 Matrix3d axes_of(const SharedContact& contact) {
-  Matrix3d axes;
   const Vector3d& n = contact.normal;
-  Vector3d along = contact.axis - n.dot(contact.axis) * n;
-  if (along.norm() < 1e-3) along = n.unitOrthogonal();
-  axes << n, along.normalized(), n.cross(along.normalized());
+  const Vector3d in_plane = contact.axis - n.dot(contact.axis) * n;
+  const Vector3d along = in_plane.norm() < least_axis ? n.unitOrthogonal() : in_plane.normalized();
+  Matrix3d axes;
+  axes << n, along, n.cross(along);
   return axes;
 }
 
-Cone cone_of(const SharedContact& contact, const Vector3d& told) {
-  const bool is_round = (contact.axis - contact.normal.dot(contact.axis) * contact.normal).norm() < 1e-3;
-  Cone cone = {{contact.along, is_round ? contact.along : contact.across}};
-  if (told[0] <= 0) return cone;
+// Of the cone, as wide as the told impulse, in its axes, where that is outside of it.
+Vector2d friction_of(const SharedContact& contact, const Vector3d& told) {
+  const bool is_round = contact.normal.cross(contact.axis).norm() < least_axis;
+  Vector2d mu(contact.along, is_round ? contact.along : contact.across);
+  if (told[0] <= 0) return mu;
   double beyond = 0;
   for (int k = 0; k < 2; ++k) {
-    cone.mu[k] = std::max(cone.mu[k], std::abs(told[k + 1]) / told[0]);
-    if (cone.mu[k] > 0) beyond = std::hypot(beyond, told[k + 1] / (cone.mu[k] * told[0]));
+    const double slope = std::abs(told[k + 1]) / told[0];
+    if (mu[k] == 0 && slope > least_slope) mu[k] = slope;
+    if (mu[k] > 0) beyond = std::hypot(beyond, slope / mu[k]);
   }
-  for (double& mu : cone.mu) mu *= std::max(beyond, 1.0);
-  return cone;
+  return std::max(beyond, 1.0) * mu;
 }
 
 Problem::Problem(std::span<const SharedContact> contacts, const std::vector<u32>& members) {
@@ -157,7 +164,7 @@ Problem::Problem(std::span<const SharedContact> contacts, const std::vector<u32>
     Row row;
     row.axes = axes_of(contacts[i]);
     row.told = row.axes.transpose() * contacts[i].impulse / scale_;
-    row.cone = cone_of(contacts[i], row.told);
+    row.mu = friction_of(contacts[i], row.told);
     for (int side = 0; side < 2; ++side) {
       const u32 id = side == 0 ? contacts[i].body_a : contacts[i].body_b;
       row.body[side] = id == NONE ? -1 : bodies.at(id).index;
@@ -186,7 +193,7 @@ double Problem::evaluate(const VectorXd& velocities) {
     Vector3d u = Vector3d::Zero();
     for (int side = 0; side < 2; ++side)
       if (row.body[side] >= 0) u += row.from_body[side] * velocities.segment<6>(6 * row.body[side]);
-    row.projection = project(row.cone, u);
+    row.projection = project(row.mu, u);
     squares += row.projection.x.squaredNorm();
   }
   return 0.5 * squares - velocities.dot(wanted_sums_);
