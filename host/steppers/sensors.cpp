@@ -31,11 +31,11 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
   std::vector<ToldContact> contacts;
   std::vector<Vector3> centers;
   if (std::ranges::any_of(sensors, [](const SensorDescription& sensor) { return sensor.body != NONE; })) {
-    contacts = told_contacts(backend, counters, DescribedShapes(worlds));
+    const Buffer wanted[] = {Buffer::positions, Buffer::shape_infos};
+    const Buffers<real>& b = backend.download(wanted);
+    for (const Vec4<real>& p : b.positions) centers.push_back({double(p.x), double(p.y), double(p.z)});
+    contacts = told_contacts(backend, counters, std::vector(b.shape_infos), DescribedShapes(worlds));
     std::erase_if(contacts, [](const ToldContact& contact) { return contact.world != 0; });
-    const Buffer wanted[] = {Buffer::positions};
-    for (const Vec4<real>& p : backend.download(wanted).positions)
-      centers.push_back({double(p.x), double(p.y), double(p.z)});
   }
   const double time = told_time(worlds[0].settings);
   std::vector<SensorReading> readings;

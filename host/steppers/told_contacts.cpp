@@ -15,18 +15,18 @@ Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 // Both lists are in order, and a contact whose bodies fell asleep in this step is in both.
 template <class real>
 std::vector<ToldContact> told_contacts(Backend<real>& backend, const Counters& counters,
-                                       const DescribedShapes& described) {
+                                       std::span<const ShapeInfo> shapes, const DescribedShapes& described) {
   if (!has(backend.features(), Feature::contacts)) return {};
   const bool sleeping = has(backend.features(), Feature::sleeping);
-  std::vector<Buffer> wanted = {Buffer::positions, Buffer::orientations,   Buffer::shape_infos,
-                                Buffer::contacts,  Buffer::contact_points, Buffer::cached_impulses};
+  std::vector<Buffer> wanted = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
+                                Buffer::cached_impulses};
   if (sleeping)
     wanted.insert(wanted.end(),
                   {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
   const Buffers<real>& b = backend.download(wanted);
   std::vector<ToldContact> contacts;
   const auto add = [&](const auto& contact, const ContactPoint<real>& point, const ContactImpulse<real>& impulse) {
-    const u32 body_a = b.shape_infos[contact.shape_a].body, body_b = b.shape_infos[contact.shape_b].body;
+    const u32 body_a = shapes[contact.shape_a].body, body_b = shapes[contact.shape_b].body;
     const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
     const u32 world = described.world_of(described.description_of(contact.shape_a));
     contacts.push_back({world, described[contact.shape_a], described[contact.shape_b], vector(geometry.point()),
@@ -45,7 +45,9 @@ std::vector<ToldContact> told_contacts(Backend<real>& backend, const Counters& c
   return contacts;
 }
 
-template std::vector<ToldContact> told_contacts(Backend<float>&, const Counters&, const DescribedShapes&);
-template std::vector<ToldContact> told_contacts(Backend<double>&, const Counters&, const DescribedShapes&);
+template std::vector<ToldContact> told_contacts(Backend<float>&, const Counters&, std::span<const ShapeInfo>,
+                                                const DescribedShapes&);
+template std::vector<ToldContact> told_contacts(Backend<double>&, const Counters&, std::span<const ShapeInfo>,
+                                                const DescribedShapes&);
 
 }  // namespace lockstep
