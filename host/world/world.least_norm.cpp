@@ -1,5 +1,7 @@
 // The contact impulses that do the same with the least norm.
-#include "host/in_double.hpp"
+#include <limits>
+#include <tuple>
+
 #include "host/report/least_norm.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/world/impl.hpp"
