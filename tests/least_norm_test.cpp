@@ -253,13 +253,15 @@ void expect_shared_well(World& world, double friction) {
       return normal > 0 ? (contact.impulse - normal * contact.normal).norm() / normal : 0;
     };
     EXPECT_GE(n, -1e-12 * largest);
-    if (n > 1e-9 * largest) EXPECT_LE(slope(after[i], n), std::max(friction, slope(before[i], n_told)) + 1e-9);
+    if (n > 1e-9 * largest) {
+      EXPECT_LE(slope(after[i], n), std::max(friction, slope(before[i], n_told)) + 1e-9);
+    }
   }
 }
 
 World crate_world(const std::string& precision, double offset, bool sleeping = false) {
   Scene scene = ground_scene();
-  if (sleeping) scene.settings.sleeping = Sleeping{};
+  if (sleeping) scene.settings.sleeping = SleepSettings{};
   BodyDescription crate = box_at({0, 0, 0.5}, 10);
   crate.shapes[0].offset[0] = -offset;
   scene.bodies.push_back(crate);
