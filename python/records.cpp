@@ -14,6 +14,7 @@ struct ContactRow {
   u32 a, b, shape_a, shape_b;
   double point[3], normal[3], impulse[3];
   std::int64_t triangle_a, triangle_b;
+  double gap;
 };
 struct HitRow {
   bool hit;
@@ -51,7 +52,7 @@ void add_handle(py::module_& module, const char* name, const char* doc) {
 }  // namespace
 
 void add_records(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(ContactRow, a, b, shape_a, shape_b, point, normal, impulse, triangle_a, triangle_b);
+  PYBIND11_NUMPY_DTYPE(ContactRow, a, b, shape_a, shape_b, point, normal, impulse, triangle_a, triangle_b, gap);
   PYBIND11_NUMPY_DTYPE(HitRow, hit, body, shape, distance, point, normal, triangle);
 
   add_handle<BodyHandle>(module, "Body",
@@ -116,6 +117,22 @@ void add_records(py::module_& module) {
           "torque", [](const JointState& state) { return to_array(state.torque); }, "Shape (3,), N m.")
       .def_readonly("separation", &JointState::separation, "How far it is open where it should not be, m.")
       .def_readonly("angle", &JointState::angle, "The same of turning, rad.");
+
+  py::class_<SensorReading>(module, "SensorReading", "What a sensor reads of the last step (docs/forces.md).")
+      .def_readonly("name", &SensorReading::name)
+      .def_property_readonly(
+          "kind", [](const SensorReading& reading) { return name_of(reading.kind); }, "'force', 'torque' or 'touch'.")
+      .def_property_readonly(
+          "values",
+          [](const SensorReading& reading) {
+            return py::array_t<double>(static_cast<py::ssize_t>(reading.values.size()), reading.values.data());
+          },
+          "Shape (3,): force, N, or torque, N m: of a joint on its second body, in the joint's frame as that body "
+          "carries it,\nthe torque about that body's anchor; of contacts on the body, world frame, the torque about "
+          "its centre of\nmass. Of touch shape (1,): the sum of the normal forces, N.")
+      .def("__repr__", [](const SensorReading& reading) {
+        return fmt::format("<lockstep.SensorReading {} of {}>", name_of(reading.kind), reading.name);
+      });
 
   py::class_<StepErrors>(module, "StepErrors",
                          "How good the last step was, measured in double and outside of it (docs/error_measures.md).")
@@ -235,7 +252,8 @@ py::array to_array(std::span<const BodyContact> contacts) {
             {},
             {},
             number_of(contact.triangle_a),
-            number_of(contact.triangle_b)};
+            number_of(contact.triangle_b),
+            contact.gap};
     store(contact.point, row->point);
     store(contact.normal, row->normal);
     store(contact.impulse, row->impulse);

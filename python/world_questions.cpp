@@ -98,8 +98,24 @@ void add_questions(WorldClass& world) {
           "fields a, b (ids of bodies), shape_a, shape_b (by\n"
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
           "and\n"
-          "impulse (3,) on a in the last sub-step, N s; world frame; and triangle_a, triangle_b of shapes that are\n"
-          "surfaces, else -1.")
+          "impulse (3,) on a in the last sub-step, N s; world frame; triangle_a, triangle_b of shapes that are\n"
+          "surfaces, else -1; and gap, m, negative where they overlap.")
+      .def(
+          "least_norm_contacts",
+          [](SharedWorld& shared) {
+            const std::vector<BodyContact> contacts = shared.use().least_norm_contacts();
+            return to_array(std::span<const BodyContact>(contacts));
+          },
+          "contacts(), with the impulses of least norm that do the same: where several points carry a body, mechanics\n"
+          "does not say how they share the load. Of all that lie in the cones of friction and give each dynamic body "
+          "the\n"
+          "same force and moment as contacts(), those with the least sum of squares, to 1e-9 (docs/forces.md).")
+      .def(
+          "sensors", [](SharedWorld& shared) { return list_of(shared.use().sensors()); },
+          "What the sensors of the scene read of the last step, a list of SensorReading in their order.")
+      .def(
+          "sensor", [](SharedWorld& shared, const std::string& name) { return shared.use().sensor(name); },
+          py::arg("name"), "One of sensors() by its name.")
       .def(
           "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },
           "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a trigger.")

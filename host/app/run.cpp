@@ -24,6 +24,7 @@
 #include "host/simulation.hpp"
 #include "host/steppers/measure_backend.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/steppers/sensors.hpp"
 #include "host/stop_request.hpp"
 
 namespace lockstep::app {
@@ -268,6 +269,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   report.verdict.unsolved = simulation.unsolved();
+  report.sensors = sensor_readings(worlds, simulation.backend(), simulation.params(), simulation.counters());
   report.has_tolerance = oracle || has(simulation.backend().features(), Feature::tolerance);
   return {report, simulation.world_hashes()};
 }

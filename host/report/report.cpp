@@ -141,6 +141,25 @@ Json unsolved_worst(const Report& report) {
           {"stop", stop_name(unsolved.worst_stop)}};
 }
 
+const char* unit_of(SensorKind kind) { return kind == SensorKind::torque ? "N m" : "N"; }
+
+Json sensors_json(const Report& report) {
+  Json json = Json::object();
+  for (const SensorReading& sensor : report.sensors)
+    json[sensor.name] = {{"kind", name_of(sensor.kind)}, {"unit", unit_of(sensor.kind)}, {"values", sensor.values}};
+  return json;
+}
+
+std::string sensor_rows(const Report& report) {
+  std::string text;
+  for (const SensorReading& sensor : report.sensors) {
+    std::string values;
+    for (const double value : sensor.values) values += fmt::format("{}{:.6g}", values.empty() ? "" : ", ", value);
+    text += row("  " + sensor.name, fmt::format("{} {} {}", name_of(sensor.kind), values, unit_of(sensor.kind)));
+  }
+  return text.empty() ? text : "  sensors, of the last step\n" + text;
+}
+
 Json shape_tolerances(const Report& report) {
   Json json = Json::object();
   for (const ShapeTolerance& tolerance : report.shape_tolerances) {
@@ -216,6 +235,7 @@ std::string to_json(const Report& report) {
                {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
+  json["sensors"] = report.sensors.empty() ? Json(nullptr) : sensors_json(report);
   json["world_state_hashes"] = Json::array();
   for (const std::uint64_t hash : report.world_state_hashes) json["world_state_hashes"].push_back(hash_text(hash));
   for (u32 kind = 0; kind < EVENT_KINDS; ++kind)
@@ -255,6 +275,7 @@ std::string to_table(const Report& report) {
   text += error_row("energy error", report.energy_error, " of the kinetic energy");
   text += error_row("momentum error", report.momentum_error, " of the momentum");
   text += verdict_rows(report.verdict);
+  text += sensor_rows(report);
   text += row("state hash, pose hash", hash_text(report.state_hash) + ", " + hash_text(report.pose_hash));
   return text;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/report/measures.hpp"
+#include "host/sensor.hpp"
 #include "host/shape_tolerance.hpp"
 #include "host/verdict.hpp"
 
@@ -58,6 +59,8 @@ struct Report {
   bool has_tolerance = false;  // or a residual to reach, as oracles have: else nothing can be left unsolved
 
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
+
+  std::vector<SensorReading> sensors;  // of the first world, after the last step; where the scene has any
 
   std::uint64_t state_hash = 0, pose_hash = 0;
   std::vector<std::uint64_t> world_state_hashes;  // where there are several

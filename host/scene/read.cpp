@@ -15,6 +15,7 @@
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
 #include "host/scene/renamed_keys.hpp"
+#include "host/scene/sensors.hpp"
 #include "host/scene/setting_table.hpp"
 #include "host/scene/text_file.hpp"
 
@@ -154,7 +155,7 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
-                      "bodies", "joints", "particles", "robots"});
+                      "bodies", "joints", "sensors", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
@@ -190,6 +191,7 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
   scene.seeded = names.seeded;
   for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
   expect_joints_of_passing(scene);
+  if (root.has("sensors")) scene.sensors = read_sensors(root.at("sensors"), scene);
   return scene;
 }
 

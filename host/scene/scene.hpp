@@ -9,6 +9,7 @@
 
 #include "host/scene/exact_math.hpp"
 #include "host/scene/settings.hpp"
+#include "host/sensor.hpp"
 #include "kernels/types.h"
 
 namespace lockstep {
@@ -149,6 +150,14 @@ inline JointDrive drive_of(const JointDescription& joint) {
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
 
+/// What measures the forces of a joint, of a body's contacts, or of those of one of its shapes (docs/forces.md).
+struct SensorDescription {
+  std::string name = {};  // not empty; no two of a scene have the same
+  SensorKind kind = SensorKind::force;
+  u32 body = NONE, joint = NONE;  // index into Scene::bodies or Scene::joints; the other is NONE
+  std::optional<u32> shape = {};  // index into the body's shapes; none: all of them
+};
+
 /// Where pictures are taken from; no part of what is simulated.
 struct CameraDescription {
   Vector3 position, target;
@@ -168,6 +177,7 @@ struct Scene {
   std::vector<std::string> categories;  // of shapes by name, in the order of their bits; empty: "default" alone
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::vector<SensorDescription> sensors;
   // bodies that pass through each other, as those of a joint do; goes with joints
   std::vector<std::array<u32, 2>> passing;
   std::optional<ParticleSettings> particles;  // none: bodies collide by their shapes

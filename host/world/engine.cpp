@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
-#include <tuple>
 
 #include "host/backends/first_contacts.hpp"
-#include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/current_state.hpp"
 #include "host/record/inputs.hpp"
@@ -19,7 +17,9 @@
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/measure_backend.hpp"
+#include "host/steppers/sensors.hpp"
 #include "host/steppers/stepper.hpp"
+#include "host/steppers/told_contacts.hpp"
 #include "host/world/angular_velocity.hpp"
 #include "host/world/migrate_state.hpp"
 
@@ -114,7 +114,10 @@ class EngineOf final : public Engine {
     return asleep;
   }
 
-  std::vector<EngineContact> contacts() override;
+  std::vector<ToldContact> contacts() override {
+    return told_contacts<real>(simulation_->backend(), simulation_->counters(), constants_.buffers.shape_infos,
+                               described_);
+  }
 
   std::vector<EngineEvent> events() override { return without_worlds(simulation_->events(groups_)); }
 
@@ -142,6 +145,9 @@ class EngineOf final : public Engine {
   }
 
   JointState joint_state(u32 joint) override;
+  SensorReading joint_reading(const SensorDescription& sensor) override {
+    return lockstep::joint_reading(sensor, simulation_->backend(), simulation_->params());
+  }
   StepErrors errors() override;
 
   void set_velocities(const std::map<u32, Twist>& velocities) override {
@@ -315,39 +321,6 @@ void EngineOf<real>::step(const ItemNamer& name) {
   }
   const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - begin;
   if (recording_) record_step(*recording_, *simulation_, ms.count());
-}
-
-// Those of the step, and what sleepers last carried: both lists are in order, and a contact whose bodies fell asleep in
-// this step is in both.
-template <class real>
-std::vector<EngineContact> EngineOf<real>::contacts() {
-  if (!has(constants_.features, Feature::contacts)) return {};
-  const bool sleeping = has(constants_.features, Feature::sleeping);
-  std::vector<Buffer> wanted = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
-                                Buffer::cached_impulses};
-  if (sleeping)
-    wanted.insert(wanted.end(),
-                  {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
-  const Buffers<real>& b = simulation_->backend().download(wanted);
-  std::vector<EngineContact> contacts;
-  const auto add = [&](const auto& contact, const ContactPoint<real>& point, const ContactImpulse<real>& impulse) {
-    const u32 body_a = constants_.buffers.shape_infos[contact.shape_a].body,
-              body_b = constants_.buffers.shape_infos[contact.shape_b].body;
-    const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
-    contacts.push_back({described_[contact.shape_a], described_[contact.shape_b], vector(geometry.point()),
-                        vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
-  };
-  const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
-  const u32 count = simulation_->counters()[COUNTER_CONTACTS], slept = sleeping ? b.slept_count[0] : 0;
-  u32 k = 0;
-  for (u32 i = 0; i < count; ++i) {
-    for (; k < slept && key_of(b.slept_keys[k]) < key_of(b.contacts[i]); ++k)
-      add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
-    if (k < slept && key_of(b.slept_keys[k]) == key_of(b.contacts[i])) ++k;
-    add(b.contacts[i], b.contact_points[i], b.cached_impulses[i]);
-  }
-  for (; k < slept; ++k) add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
-  return contacts;
 }
 
 template <class real>

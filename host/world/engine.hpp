@@ -9,16 +9,13 @@
 #include "host/item_error.hpp"
 #include "host/scene/event_groups.hpp"
 #include "host/scene/suspicions.hpp"
+#include "host/scene/told_contact.hpp"
 #include "host/simulation.hpp"
 #include "host/world/migrate_state.hpp"
 #include "include/lockstep/world.hpp"
 
 namespace lockstep {
 
-struct EngineContact {
-  DescribedShape a, b;
-  Vector3 point, normal, impulse;  // as in BodyContact
-};
 struct EngineEvent {
   EventKind kind;
   EventSide a, b;
@@ -62,7 +59,7 @@ class Engine {
   virtual std::vector<Twist> velocities() = 0;
   /// Of each body, whether it sleeps.
   virtual std::vector<bool> asleep() = 0;
-  virtual std::vector<EngineContact> contacts() = 0;
+  virtual std::vector<ToldContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
   /// Of the touches that end because `next`, which was made after it, knows them no more.
   virtual std::vector<EngineEvent> ends(const IndexMap& index_map, const Engine& next) = 0;
@@ -70,6 +67,7 @@ class Engine {
   /// In order, each once.
   virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;
   virtual JointState joint_state(u32 joint) = 0;
+  virtual SensorReading joint_reading(const SensorDescription& sensor) = 0;
   virtual StepErrors errors() = 0;
 
   /// Overwrites those of some bodies.

@@ -48,6 +48,7 @@ struct World::Impl {
   std::map<u32, Wrench> forces;                        // by id, for the next step
   std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
   std::set<u32> arrived;                               // ids that stand still from the next step on
+  std::map<std::string, std::string> sensors_gone;     // by name, with what each measured, as errors call that
   bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
   bool gravity_set = false;                            // and what pulls may be otherwise
 
@@ -162,10 +163,10 @@ struct World::Impl {
   void keep_contacts_and_events() {
     if (std::exchange(kept, true)) return;
     contacts.clear();
-    for (const EngineContact& contact : engine->contacts())
+    for (const ToldContact& contact : engine->contacts())
       contacts.push_back({stepped[contact.a.body], stepped[contact.b.body], contact.a.shape, contact.b.shape,
                           contact.point, contact.normal, contact.impulse, triangle_of(contact.a),
-                          triangle_of(contact.b)});
+                          triangle_of(contact.b), contact.gap});
     events = std::exchange(ended_in_step, {});
     for (const EngineEvent& event : engine->events()) events.push_back(named(event, stepped));
   }
@@ -223,11 +224,15 @@ struct World::Impl {
   }
 
   void remove_joint(u32 gone) {
+    remove_from_sensors(&SensorDescription::joint, gone, called(joints[gone]));
     joints.remove(gone, scene.joints[gone].name);
     scene.joints.erase(scene.joints.begin() + gone);
     rename_without(index_map.joints, gone);
     change();
   }
+
+  void remove_from_sensors(u32 SensorDescription::*measured, u32 gone, const std::string& name);
+  SensorReading reading(const SensorDescription& sensor);
 
   // Its joints keep the frames that they have: where bodies stand at load tells those no longer.
   void teleport(u32 index, const Pose& pose, const Twist& velocity) {

@@ -42,6 +42,9 @@ void World::Impl::change(u32 index, BodyDescription body) {
                   "must stay dynamic while " + joints.called(scene.joints[j].name, joints[j]) +
                       " holds it to what is not; remove that first");
   }
+  for (const SensorDescription& sensor : scene.sensors)
+    if (sensor.body == index && sensor.shape && *sensor.shape >= body.shapes.size())
+      throw Error(Failure::input, where, "must keep the shape that the sensor " + quote(sensor.name) + " measures");
   body.position = described.position;
   body.orientation = described.orientation;
   body.velocity = described.velocity;

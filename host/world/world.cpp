@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "host/scene/read.hpp"
+#include "host/scene/sensors.hpp"
 #include "host/scene/setting_table.hpp"
 #include "host/world/impl.hpp"
 
@@ -63,6 +64,7 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_index_map();
+  validate_sensors(p.scene);
   if (!bodies.empty()) p.ready();
 }
 
@@ -91,6 +93,7 @@ void World::remove(BodyHandle body) {
     for (u32* side : {&joint.body_a, &joint.body_b})
       if (*side != NONE && *side > gone) --*side;
   }
+  p.remove_from_sensors(&SensorDescription::body, gone, p.called(body));
   p.bodies.remove(gone, p.scene.bodies[gone].name);
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   rename_without(p.index_map.bodies, gone);

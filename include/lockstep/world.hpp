@@ -57,6 +57,7 @@ struct BodyContact {
   Vector3 normal;                                       // from b to a, unit
   Vector3 impulse;                                      // on a, of the last sub-step, N s
   std::optional<u32> triangle_a = {}, triangle_b = {};  // of shapes that are surfaces
+  double gap = 0;                                       // at the end of the step, m; negative where they overlap
 };
 
 /// Two bodies began or ceased to touch in the last step, came together fast, or entered or left a trigger (then a has
@@ -268,6 +269,17 @@ class World {
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
+  /// contacts(), in their order, with the impulses of least norm that do the same: where several points carry a body,
+  /// mechanics does not say how they share the load, and what contacts() tells depends on the solver. Of all r_i in the
+  /// cones of friction with sum_i G_i r_i = sum_i G_i r_i(told), G_i being force and moment on each dynamic body, that
+  /// with the least sum_i |r_i|^2, to 1e-9: unique, and as symmetric as the contacts are. The formula, and what counts
+  /// as a contact that can carry: docs/forces.md. Computed on the host in double; changes nothing.
+  std::vector<BodyContact> least_norm_contacts();
+  /// What the sensors of the scene read of the last step, in their order. Those of bodies and joints that were removed
+  /// are gone with them.
+  std::vector<SensorReading> sensors();
+  /// One of them by its name. Throws Error (input) where there is none, or its body or joint was removed.
+  SensorReading sensor(const std::string& name);
   /// Of the last step; asked for by the scene's settings `events` and `impact_speed` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// The bits of categories of shapes, by their names in the scene, for the masks of questions. They are those of

@@ -180,6 +180,31 @@ class ClosedForms(unittest.TestCase):
         self.assertLess(errors.residual, 1e-6)
         self.assertLess(errors.max_penetration, 1e-3)
 
+    def test_a_crate_on_four_feet_stands_on_each_by_a_quarter(self):
+        """Its centre of mass 0.1 m beside the middle: n_i = N / 4 (1 +- 0.2)."""
+        for offset in (0, 0.1):
+            box = {"type": "box", "size": [1, 1, 1], "offset": [-offset, 0, 0]}
+            crate = {"mass": 3, "inertia": [1, 1, 1], "position": [0, 0, 0.5], "shapes": [box]}
+            sensors = [
+                {"name": "scale", "kind": "touch", "body": "ground"},
+                {"name": "load", "kind": "force", "body": "ground"},
+            ]
+            world = lockstep.World(scene(GROUND, crate, sensors=sensors, settings={"dt": 0.01}), precision="double")
+            world.step(100)
+            told, shared = world.contacts(), world.least_norm_contacts()
+            self.assertEqual(shared.dtype, told.dtype)
+            np.testing.assert_allclose(shared["impulse"].sum(axis=0), told["impulse"].sum(axis=0), atol=1e-9)
+            normal = np.abs(shared["impulse"][:, 2])
+            side = np.sign(shared["point"][:, 0] - world.pose(world.bodies[1])[0])
+            np.testing.assert_allclose(normal, normal.sum() / 4 * (1 + 2 * offset * side), rtol=1e-3)
+            self.assertTrue((np.abs(shared["gap"]) < 1e-3).all())
+            scale, load = world.sensor("scale"), world.sensors()[1]
+            self.assertEqual((scale.name, scale.kind, load.kind), ("scale", "touch", "force"))
+            np.testing.assert_allclose(scale.values, [3 * 9.81], rtol=1e-6)
+            np.testing.assert_allclose(load.values, [0, 0, -3 * 9.81], atol=1e-4)
+        with self.assertRaisesRegex(lockstep.Error, 'sensor "scal": is not in this world; did you mean "scale"'):
+            world.sensor("scal")
+
     def test_loads_accelerate(self):
         """v = integral of F / m; a function, a table, and what is applied step by step."""
         free = {"gravity": [0, 0, 0], "settings": {"dt": 0.01}}

@@ -1,0 +1,56 @@
+#include "host/steppers/sensors.hpp"
+
+#include <algorithm>
+
+#include "host/report/joint_wrench.hpp"
+#include "host/scene/sensors.hpp"
+#include "host/steppers/told_contacts.hpp"
+
+namespace lockstep {
+
+namespace {
+
+Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+template <class real>
+SensorReading joint_reading(const SensorDescription& sensor, Backend<real>& backend, const StepParams<real>& params) {
+  const Buffer wanted[] = {Buffer::positions,     Buffer::orientations, Buffer::motions,
+                           Buffer::joint_infos,   Buffer::joints,       Buffer::screw_leads,
+                           Buffer::rolling_radii, Buffer::joint_lanes,  Buffer::joint_impulses};
+  const JointWrench wrench = joint_wrench(backend.download(wanted), params, sensor.joint);
+  return reading_of(sensor, vector(wrench.force), vector(wrench.torque));
+}
+
+template <class real>
+std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backend<real>& backend,
+                                           const StepParams<real>& params, const Counters& counters) {
+  const std::vector<SensorDescription>& sensors = worlds[0].sensors;
+  if (sensors.empty()) return {};
+  std::vector<ToldContact> contacts;
+  std::vector<Vector3> centers;
+  if (std::ranges::any_of(sensors, [](const SensorDescription& sensor) { return sensor.body != NONE; })) {
+    const Buffer wanted[] = {Buffer::positions, Buffer::shape_infos};
+    const Buffers<real>& b = backend.download(wanted);
+    for (const Vec4<real>& p : b.positions) centers.push_back({double(p.x), double(p.y), double(p.z)});
+    contacts = told_contacts(backend, counters, std::vector(b.shape_infos), DescribedShapes(worlds));
+    std::erase_if(contacts, [](const ToldContact& contact) { return contact.world != 0; });
+  }
+  const double time = told_time(worlds[0].settings);
+  std::vector<SensorReading> readings;
+  for (const SensorDescription& sensor : sensors)
+    readings.push_back(sensor.joint == NONE ? reading_of(sensor, contacts, centers[sensor.body], time)
+                                            : joint_reading(sensor, backend, params));
+  return readings;
+}
+
+#define INSTANTIATE(real)                                                                                              \
+  template SensorReading joint_reading(const SensorDescription&, Backend<real>&, const StepParams<real>&);             \
+  template std::vector<SensorReading> sensor_readings(std::span<const Scene>, Backend<real>&, const StepParams<real>&, \
+                                                      const Counters&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

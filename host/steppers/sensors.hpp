@@ -1,0 +1,21 @@
+// What the sensors of a scene read, wherever it is computed.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "host/backends/backend.hpp"
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// Of the first of the worlds that the backend simulates, after a step with these parameters and counters.
+template <class real>
+std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backend<real>& backend,
+                                           const StepParams<real>& params, const Counters& counters);
+
+/// The force and the torque of a joint (host/report/joint_wrench.hpp).
+template <class real>
+SensorReading joint_reading(const SensorDescription& sensor, Backend<real>& backend, const StepParams<real>& params);
+
+}  // namespace lockstep

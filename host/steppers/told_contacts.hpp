@@ -1,0 +1,18 @@
+// The contacts of the last step, wherever it was computed.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "host/backends/backend.hpp"
+#include "host/scene/told_contact.hpp"
+
+namespace lockstep {
+
+/// Those of the step, and what sleepers last carried, ordered by their shapes; nothing where shapes cannot touch.
+/// `shapes` are those that the backend simulates, `described` as which, `counters` those of the step.
+template <class real>
+std::vector<ToldContact> told_contacts(Backend<real>& backend, const Counters& counters,
+                                       std::span<const ShapeInfo> shapes, const DescribedShapes& described);
+
+}  // namespace lockstep
