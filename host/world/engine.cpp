@@ -322,39 +322,54 @@ template <class real>
 std::vector<EngineContact> EngineOf<real>::contacts() {
   if (!has(constants_.features, Feature::contacts)) return {};
   const bool sleeping = has(constants_.features, Feature::sleeping);
-  std::vector<Buffer> wanted = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
-                                Buffer::cached_impulses};
+  std::vector<Buffer> wanted;
+  add_contact_impulse_buffers(constants_.features, wanted);
   if (sleeping)
     wanted.insert(wanted.end(),
                   {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
   const Buffers<real>& b = simulation_->backend().download(wanted);
   std::vector<EngineContact> contacts;
-  const auto add = [&](const auto& contact, const ContactPoint<real>& point, const ContactImpulse<real>& impulse) {
-    const u32 body_a = constants_.buffers.shape_infos[contact.shape_a].body,
-              body_b = constants_.buffers.shape_infos[contact.shape_b].body;
-    const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
+  const auto add = [&](const auto& contact, const ContactGeometry& geometry, const Eigen::Vector3d& impulse) {
     contacts.push_back({described_[contact.shape_a], described_[contact.shape_b], vector(geometry.point()),
-                        vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
+                        vector(geometry.normal), vector(impulse)});
+  };
+  // what sleeps is at rest: in each sub-step of a step it would carry the same
+  const double times = impulse_time(simulation_->params(), constants_.features) / double(simulation_->params().dt);
+  const auto add_slept = [&](u32 k) {
+    const ContactKey& key = b.slept_keys[k];
+    const std::vector<ShapeInfo>& shapes = constants_.buffers.shape_infos;
+    const ContactGeometry geometry =
+        contact_geometry(b, shapes[key.shape_a].body, shapes[key.shape_b].body, key.normal, b.slept_points[k]);
+    add(key, geometry, times * contact_impulse(b.slept_impulses[k], geometry));
   };
   const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
   const u32 count = simulation_->counters()[COUNTER_CONTACTS], slept = sleeping ? b.slept_count[0] : 0;
   u32 k = 0;
   for (u32 i = 0; i < count; ++i) {
-    for (; k < slept && key_of(b.slept_keys[k]) < key_of(b.contacts[i]); ++k)
-      add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
+    for (; k < slept && key_of(b.slept_keys[k]) < key_of(b.contacts[i]); ++k) add_slept(k);
     if (k < slept && key_of(b.slept_keys[k]) == key_of(b.contacts[i])) ++k;
-    add(b.contacts[i], b.contact_points[i], b.cached_impulses[i]);
+    const ContactGeometry geometry = contact_geometry(b, i);
+    add(b.contacts[i], geometry, contact_impulse(b, i, geometry));
   }
-  for (; k < slept; ++k) add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
+  for (; k < slept; ++k) add_slept(k);
   return contacts;
 }
 
+// Joints that sleep, and those of an engine that has not stepped yet, tell what they last carried.
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const Buffers<real>& b =
-      download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos, Buffer::joints,
-                Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
-  const JointMeasures of = measure_joint(b, simulation_->params(), joint);
+  const bool sums = has(constants_.features, Feature::summed_joints);
+  std::vector<Buffer> wanted = {Buffer::positions,   Buffer::orientations,  Buffer::motions,
+                                Buffer::joint_infos, Buffer::joints,        Buffer::screw_leads,
+                                Buffer::joint_lanes, Buffer::rolling_radii, Buffer::joint_impulses};
+  if (sums) wanted.push_back(Buffer::joint_sums);
+  const std::vector<bool> sleeps = asleep();
+  const Buffers<real>& b = simulation_->backend().download(wanted);
+  const auto is_sleeper = [&](u32 body) { return body < sleeps.size() && sleeps[body]; };
+  const bool rests = is_sleeper(b.joint_infos[joint].body_a) || is_sleeper(b.joint_infos[joint].body_b);
+  const bool of_step = sums && simulation_->has_stepped() && !rests;
+  const JointMeasures of =
+      measure_joint(b, simulation_->params(), joint, of_step ? ImpulsesOf::step : ImpulsesOf::last_substep);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
 
