@@ -40,6 +40,7 @@
 #include "cpu_reference/spread_patches.hpp"
 #include "cpu_reference/store_impulses.hpp"
 #include "cpu_reference/store_springs.hpp"
+#include "cpu_reference/sum_impulses.hpp"
 #include "cpu_reference/sum_particles.hpp"
 #include "cpu_reference/update_bounds.hpp"
 #include "cpu_reference/update_particles.hpp"

@@ -78,11 +78,15 @@ void twist_by(u32 kind, Vec3<real> moment, Motion<real>& a, Motion<real>& b) {
   if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), angular_velocity_change(b, kind, moment)));
 }
 
+/// As a vector of the world.
+template <class real>
+Vec3<real> impulse_world(const ContactFrame<real>& c, ConeVector<real> r) {
+  return add3(add3(scale3(r.normal, c.normal), scale3(r.tangent_1, c.tangent_1)), scale3(r.tangent_2, c.tangent_2));
+}
+
 template <class real>
 void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real>& a, Motion<real>& b) {
-  const Vec3<real> impulse =
-      add3(add3(scale3(r.normal, c.normal), scale3(r.tangent_1, c.tangent_1)), scale3(r.tangent_2, c.tangent_2));
-  push_at(c.arm_a, c.arm_b, kind, impulse, a, b);
+  push_at(c.arm_a, c.arm_b, kind, impulse_world(c, r), a, b);
 }
 
 /// The moment on a of a contact with angular friction, N m s.

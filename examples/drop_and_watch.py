@@ -14,9 +14,7 @@ world = lockstep.World(
 world.step(300)
 
 print(f"after {world.time:.1f} s the boxes are {np.round(world.poses()[1:, 2], 3)} m high")
-contacts, ground = world.contacts(), world.body("ground").id
-from_above = contacts["impulse"][contacts["b"] == ground].sum(axis=0) - contacts["impulse"][contacts["a"] == ground].sum(axis=0)
-force = from_above[2] / (world.time_step / 5)  # contacts tell what they gave in the last of five sub-steps
+force = -world.contact_force(world.body("ground"))[2]
 weight = sum(world.mass(body) for body in world.bodies) * 9.81
 print(f"the ground carries {force:.1f} N of a weight of {weight:.1f} N")
 errors = world.errors()

@@ -43,16 +43,34 @@ ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 index) {
   return contact_geometry(buffers, contact.body_a, contact.body_b, contact.normal, buffers.contact_points[index]);
 }
 
-/// The impulse on body a that a contact passes on to the next step, world frame, N s.
+/// The impulse on body a that a contact passes on to the next step, that of its last sub-step, world frame, N s.
 template <class real>
 Eigen::Vector3d contact_impulse(const ContactImpulse<real>& impulse, const ContactGeometry& geometry) {
   return double(impulse.normal) * geometry.normal + vector3(&impulse.tangent_x);
 }
 
-/// Of a contact in the list, whose order is that of cached impulses at the end of a step.
+/// Of a contact in the list, at the end of a step: of the whole step where the scene sums impulses, else of its last
+/// sub-step. Reads contact_impulse_buffers().
 template <class real>
 Eigen::Vector3d contact_impulse(const Buffers<real>& buffers, u32 index, const ContactGeometry& geometry) {
-  return contact_impulse(buffers.cached_impulses[index], geometry);
+  if (buffers.impulse_sums.empty()) return contact_impulse(buffers.cached_impulses[index], geometry);
+  const u32 slot = buffers.contact_slots[index];
+  const ImpulseSumBlock<real>& sum = buffers.impulse_sums[slot / PACK];
+  return {double(sum.x[slot % PACK]), double(sum.y[slot % PACK]), double(sum.z[slot % PACK])};
+}
+
+/// Adds the buffers of a scene with these features that contacts and their impulses are told from.
+inline void add_contact_impulse_buffers(Features features, std::vector<Buffer>& buffers) {
+  buffers.insert(buffers.end(), {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
+                                 Buffer::cached_impulses});
+  if (has(features, Feature::summed_contacts))
+    buffers.insert(buffers.end(), {Buffer::contact_slots, Buffer::impulse_sums});
+}
+
+/// In which told impulses act, s: a step where the scene sums them, else a sub-step.
+template <class real>
+double impulse_time(const StepParams<real>& params, Features features) {
+  return double(params.dt) * (has(features, Feature::summed_impulses) ? params.substeps : 1);
 }
 
 }  // namespace lockstep

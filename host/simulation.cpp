@@ -215,9 +215,10 @@ void Simulation<real>::make_step() {
 template <class real>
 SavedSimulation Simulation<real>::save() {
   expect_not_failed();
-  // what contacts() and events() of the last step are told from
-  constexpr Buffer last_step[] = {Buffer::counters, Buffer::contacts, Buffer::contact_points, Buffer::events,
-                                  Buffer::impact_speeds};
+  // what contacts, joints and events of the last step are told from
+  constexpr Buffer last_step[] = {Buffer::counters,     Buffer::contacts,      Buffer::contact_points,
+                                  Buffer::events,       Buffer::impact_speeds, Buffer::contact_slots,
+                                  Buffer::impulse_sums, Buffer::joint_sums};
   std::vector<Buffer> wanted;
   for (u32 i = 0; i < buffer_count; ++i) {
     const auto buffer = static_cast<Buffer>(i);
@@ -280,7 +281,7 @@ std::vector<PairEvent> Simulation<real>::events(const EventGroups& groups) {
   return merged;
 }
 
-// Of all contacts where one is so fast; their impulses are those of the last sub-step.
+// Of all contacts where one is so fast.
 template <class real>
 std::vector<ContactImpact> Simulation<real>::impacts(double faster_than) {
   const Buffer wanted_speeds[] = {Buffer::impact_speeds};
@@ -288,8 +289,8 @@ std::vector<ContactImpact> Simulation<real>::impacts(double faster_than) {
   const u32 count = counters_[COUNTER_CONTACTS];
   if (std::none_of(speeds.begin(), speeds.begin() + count, [&](real speed) { return double(speed) > faster_than; }))
     return {};
-  const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
-                           Buffer::cached_impulses};
+  std::vector<Buffer> wanted;
+  add_contact_impulse_buffers(backend_->features(), wanted);
   const Buffers<real>& b = backend_->download(wanted);
   const auto vector = [](const Eigen::Vector3d& v) { return Vector3{v.x(), v.y(), v.z()}; };
   std::vector<ContactImpact> impacts;

@@ -106,8 +106,9 @@ class Simulation {
   /// The same for who looks at all that the last step left; nothing once restore() has put back a part of it.
   Counters measured_counters() const { return is_restored_ ? Counters{} : counters_; }
   u32 steps_done() const { return steps_done_; }
-  u32 redone() const { return redone_; }    // times that a step was redone for want of room
-  u32 wakings() const { return wakings_; }  // and because bodies woke in it
+  bool has_stepped() const { return stepped_; }  // else of its last step only what lives on is known
+  u32 redone() const { return redone_; }         // times that a step was redone for want of room
+  u32 wakings() const { return wakings_; }       // and because bodies woke in it
 
  private:
   void make_step();

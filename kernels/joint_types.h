@@ -96,4 +96,8 @@ RECORD(JointBlock) {
 // Kept from step to step: along the axes of the joint's frame in a, or of its cross.
 RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK]; };
 
+// What joints have given in the sub-steps of the step so far (feature summed_impulses): the locked rows on b at its
+// anchor, world frame, N s and N m s, and the free row along its coordinate.
+RECORD(JointSumBlock) { real impulse[3][PACK], moment[3][PACK], free[PACK]; };
+
 #endif

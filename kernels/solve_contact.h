@@ -123,10 +123,14 @@ static inline void lane_twist_by(lane_mask general, Lane3 moment, LaneBody* a, L
   b->w = lane_sub3(b->w, lane_angular_velocity_change(*b, general, moment));
 }
 
+// As vectors of the world.
+static inline Lane3 lane_impulse_world(LaneContact c, LaneCone r) {
+  return lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
+                   lane_scale3(r.tangent_2, c.tangent_2));
+}
+
 static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneBody* a, LaneBody* b) {
-  const Lane3 impulse = lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
-                                  lane_scale3(r.tangent_2, c.tangent_2));
-  lane_push_at(c.arm_a, c.arm_b, general, impulse, a, b);
+  lane_push_at(c.arm_a, c.arm_b, general, lane_impulse_world(c, r), a, b);
 }
 
 #define PURPOSE_SOLVE 0u

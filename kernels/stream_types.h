@@ -53,6 +53,10 @@ RECORD(SoftnessBlock) { real softness[PACK]; };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 
+// What a row of contacts has given in the sub-steps of the step so far: on a, world frame, N s (feature
+// summed_impulses).
+RECORD(ImpulseSumBlock) { real x[PACK], y[PACK], z[PACK]; };
+
 // A pair is hit where a point closes faster: this share of the bounding radius of its smaller shape, 1/s.
 #define HIT_SPEED_SHARE 0.1875f
 

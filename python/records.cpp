@@ -88,7 +88,7 @@ void add_records(py::module_& module) {
           "normal", [](const Impact& impact) { return to_array(impact.normal); }, "From b to a, shape (3,), unit.")
       .def_property_readonly(
           "impulse", [](const Impact& impact) { return to_array(impact.impulse); },
-          "On a, of all their points in the last sub-step, shape (3,), N s.");
+          "On a, of all their points in the step, shape (3,), N s (docs/forces.md).");
 
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")
@@ -100,13 +100,14 @@ void add_records(py::module_& module) {
       .def_property_readonly(
           "normal", [](const BodyHit& hit) { return to_array(hit.normal); }, "Shape (3,), unit.");
 
-  py::class_<JointState>(module, "JointState",
-                         "How a joint stands, and what it does. Forces are those of the last sub-step, 0 before the "
-                         "first; world frame.")
-      .def_readonly("coordinate", &JointState::coordinate,
-                    "Angle of a hinge, planar, universal or screw joint, with its revolutions, rad; travel of a slider "
-                    "or cylindrical joint or "
-                    "length of a distance joint, m; of others 0.")
+  py::class_<JointState>(
+      module, "JointState",
+      "How a joint stands, and what it does. Forces are the mean of the last step, 0 before the "
+      "first; with the setting `forces` 'substep' of its last sub-step (docs/forces.md); world frame.")
+      .def_readonly(
+          "coordinate", &JointState::coordinate,
+          "Angle of a hinge, planar, universal or screw joint, with its revolutions, rad; travel of a slider or "
+          "cylindrical joint or length of a distance joint, m; of others 0.")
       .def_readonly("speed", &JointState::speed, "Its rate, rad/s or m/s.")
       .def_readonly("drive", &JointState::drive,
                     "What motor, friction, limits or spring give along the coordinate, N m or N.")

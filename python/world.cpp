@@ -176,6 +176,11 @@ void add_time(WorldClass& world) {
           "s: steps_done times the step, without what adding steps up would round.")
       .def_property_readonly(
           "time_step", [](SharedWorld& shared) { return shared.use().time_step(); }, "The scene's `dt`, s.")
+      .def_property_readonly(
+          "substeps", [](SharedWorld& shared) { return shared.use().substeps(); }, "Sub-steps of each step.")
+      .def_property_readonly(
+          "substep_length", [](SharedWorld& shared) { return shared.use().substep_length(); },
+          "`time_step` over `substeps`, s.")
       .def(
           "warm_up",
           [](SharedWorld& shared, bool forces, bool questions, const py::list& bodies) {

@@ -98,8 +98,17 @@ void add_questions(WorldClass& world) {
           "fields a, b (ids of bodies), shape_a, shape_b (by\n"
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
           "and\n"
-          "impulse (3,) on a in the last sub-step, N s; world frame; triangle_a, triangle_b of shapes that are\n"
-          "surfaces, else -1; and gap, m, negative where they overlap.")
+          "impulse (3,) on a in the step, N s (with the setting `forces` 'substep' in its last sub-step,\n"
+          "docs/forces.md); world frame; triangle_a, triangle_b of shapes that are surfaces, else -1; and gap, m,\n"
+          "negative where they overlap.")
+      .def(
+          "contact_force",
+          [](SharedWorld& shared, BodyHandle body, std::optional<u32> shape) {
+            return to_array(shared.use().contact_force(body, shape));
+          },
+          py::arg("body"), py::arg("shape") = py::none(),
+          "What contacts() push a body with in the step, N, shape (3,), world frame; or one of its shapes, by its\n"
+          "index in the body's description. Of the last sub-step with the setting `forces` 'substep'.")
       .def(
           "least_norm_contacts",
           [](SharedWorld& shared) {

@@ -167,7 +167,8 @@ TEST(Balance, UprightBodiesSleepWithinASecond) {
       const double height = world.poses()[1].position[2];
       world.step(one_sweep ? 90 : 60);
       EXPECT_TRUE(world.is_asleep(world.bodies()[1])) << name << ", " << text(method);
-      EXPECT_NEAR(world.poses()[1].position[2], height, 2e-3 * height + (one_sweep ? 5e-4 : 0)) << name << ", " << text(method);
+      EXPECT_NEAR(world.poses()[1].position[2], height, 2e-3 * height + (one_sweep ? 5e-4 : 0))
+          << name << ", " << text(method);
       EXPECT_NEAR(std::abs(world.poses()[1].orientation[3]), 1, 1e-5) << name << ", " << text(method);
     }
   }

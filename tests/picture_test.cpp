@@ -257,7 +257,7 @@ TEST(Marks, TellWhereContactsPushAndHowHard) {
   const StepParams<double> params = state.params;
   Simulation<double> simulation(std::make_unique<ReferenceBackend<double>>(std::move(state)), params);
   for (int i = 0; i < 60; ++i) simulation.step();
-  const Buffers<double>& current = simulation.backend().download(contact_mark_buffers);
+  const Buffers<double>& current = simulation.backend().download(contact_mark_buffers(state.features));
   const std::vector<ContactMark> marks = contact_marks(current, simulation.counters()[COUNTER_CONTACTS], params.dt);
   ASSERT_EQ(marks.size(), 1u);
   EXPECT_TRUE(marks[0].point.isApprox(Vector3f(0.2f, 0.3f, 0), 1e-3f)) << marks[0].point.transpose();

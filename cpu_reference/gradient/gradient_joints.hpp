@@ -75,8 +75,8 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
   const real q = before - e * old;
   const real bound_softness =
       block.bound_softness[lane] * ((free_mobility - coupled_mobility / (real(1) + softness)) / e);  // in parts of e
-  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], bound_softness);
-  const real r_free = e > 0 ? (bounded - q) / e : real(0);
+  const real r_free =
+      e > 0 ? free_impulse(block, lane, e, q, block.slowest[lane], block.fastest[lane], bound_softness) : real(0);
   const real change = r_free - old;
 
   real ahead[JOINT_ROWS];

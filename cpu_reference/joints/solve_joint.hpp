@@ -6,7 +6,7 @@
 //   the free row then moves at                             q + e r_f,   e = free_mobility - g coupled_mobility
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
 //   beside a spring of compliance y a push moves it by     e y / (e + y) only
-//   and none leaves it at                                  s + (q - s) y / (e + y),
+//   and none leaves it at                                  s + (q - s) y / (e + y), by an impulse (s - q) / (e + y),
 //   where s is the speed at which the spring would not push
 //   the locked rows answer                                 d = d0 - g response (change of r_f)
 // The relaxing sweep asks joints that are not meant to be springs to be hard, without correction; the springs of free
@@ -89,20 +89,26 @@ void solve_locked_rows(const JointBlock<real>& block, u32 lane, real share, Vec3
   solve_factor(factor, d);
 }
 
-/// The velocity that the free row gets, from its bounds and the mobility e with which it moves at q without an impulse:
-/// the motor brings it to its speed as far as it reaches, the spring or the bounds bring it back.
+/// The impulse that the free row gets, from its bounds and the mobility e > 0 with which it moves at q without an
+/// impulse: the motor brings it to its speed as far as it reaches, the spring or the bounds bring it back. What a
+/// spring gives follows from what it is stretched by: it changes the speed by little, of which float would round a part
+/// away.
 template <class real>
-real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real slowest, real fastest,
-                real bound_softness) {
-  const real spring_compliance = block.spring_compliance[lane];
+real free_impulse(const JointBlock<real>& block, u32 lane, real e, real q, real slowest, real fastest,
+                  real bound_softness) {
+  const real spring_compliance = block.spring_compliance[lane], motor_impulse = block.motor_impulse[lane];
   const bool sprung = spring_compliance > 0;
   const real left = sprung ? spring_compliance / (e + spring_compliance) : real(1);  // of a push, beside the spring
   const real idle = sprung ? slowest + left * (q - slowest) : q;
-  const real motor_change = left * (e * block.motor_impulse[lane]);
+  const real motor_change = left * (e * motor_impulse);
   const real wanted = block.motor_speed[lane];
-  const real driven = wanted < idle - motor_change ? idle - motor_change
-                                                   : (wanted > idle + motor_change ? idle + motor_change : wanted);
-  return sprung ? driven : bounded_speed(driven, slowest, fastest, bound_softness);
+  const bool brakes = wanted<idle - motor_change, pushes = wanted> idle + motor_change;
+  const real driven = brakes ? idle - motor_change : (pushes ? idle + motor_change : wanted);
+  if (!sprung) return (bounded_speed(driven, slowest, fastest, bound_softness) - q) / e;
+  const real alone = (slowest - q) / (e + spring_compliance);
+  if (!(motor_impulse > 0)) return alone;
+  if (brakes) return alone - left * motor_impulse;
+  return pushes ? alone + left * motor_impulse : (wanted - q) / e;
 }
 
 /// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A
@@ -145,9 +151,9 @@ real solve_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real old = impulses.free[lane];
   const real e = block.free_mobility[lane] - g * block.coupled_mobility[lane];
   const real q = before - e * old;  // without any impulse of the free row
-  const real bounded = free_speed(block, lane, e, q, slowest, fastest, share * block.bound_softness[lane]);
   // a joint that sleeps has no mobility, and keeps its impulse
-  const real r_free = e > 0 ? (bounded - q) / e : (block.free_mobility[lane] > 0 ? real(0) : old);
+  const real r_free = e > 0 ? free_impulse(block, lane, e, q, slowest, fastest, share * block.bound_softness[lane])
+                            : (block.free_mobility[lane] > 0 ? real(0) : old);
   const real change = r_free - old;
 
   for (u32 i = 0; i < JOINT_ROWS; ++i) {

@@ -9,6 +9,7 @@
 #include "host/app/recorded_model.hpp"
 #include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
 #include "host/report/monitor.hpp"
@@ -62,7 +63,7 @@ ShownState shown_state_of(Simulation<real>& simulation, const Buffers<real>& con
   std::vector<Buffer> wanted = value_buffers(options.color_by, features);
   wanted.insert(wanted.end(), {Buffer::positions, Buffer::orientations});
   const bool touching = has(features, Feature::contacts) && (options.contacts || options.forces);
-  if (touching) wanted.insert(wanted.end(), contact_mark_buffers.begin(), contact_mark_buffers.end());
+  if (touching) std::ranges::copy(contact_mark_buffers(features), std::back_inserter(wanted));
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   const Buffers<real>& current = backend.download(wanted);
@@ -72,7 +73,7 @@ ShownState shown_state_of(Simulation<real>& simulation, const Buffers<real>& con
   shown_state.values = body_values(options.color_by, current, backend.sizes().bodies, features, simulation.counters());
   if (touching)
     shown_state.contacts =
-        contact_marks(current, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
+        contact_marks(current, simulation.counters()[COUNTER_CONTACTS], impulse_time(simulation.params(), features));
   if (options.joints) shown_state.joints = joint_marks(constants, current.positions, current.orientations);
   return shown_state;
 }
@@ -194,7 +195,8 @@ void render(const CLI::App& command, RenderOptions& options) {
       render_recording<float>(recording, options);
     return;
   }
-  const Scene scene = read_scene_with(options);
+  Scene scene = read_scene_with(options);
+  if (options.frames.forces && scene.settings.forces == Forces::automatic) scene.settings.forces = Forces::step;
   with_precision(scene, [&](auto real) { render_scene<decltype(real)>(scene, options); });
 }
 

@@ -116,9 +116,8 @@ DifferenceLocation location_of(Buffer buffer, std::size_t element, u32 word, con
 std::vector<Buffer> difference_buffers(Features features) {
   std::vector<Buffer> buffers = {Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::counters};
   if (has(features, Feature::contacts))
-    for (const Buffer buffer :
-         {Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses, Buffer::contact_colors})
-      buffers.push_back(buffer);
+    for (const Buffer buffer : contact_mark_buffers(features))
+      if (std::ranges::find(buffers, buffer) == buffers.end()) buffers.push_back(buffer);
   return buffers;
 }
 

@@ -25,6 +25,12 @@ float pixel_at(const Drawing& drawing, u32 height, const Vector3f& point) {
 
 }  // namespace
 
+std::vector<Buffer> contact_mark_buffers(Features features) {
+  std::vector<Buffer> buffers = {Buffer::contact_colors};
+  add_contact_impulse_buffers(features, buffers);
+  return buffers;
+}
+
 template <class real>
 std::vector<ContactMark> contact_marks(const Buffers<real>& buffers, u32 contacts, double dt) {
   std::vector<ContactMark> marks(contacts);

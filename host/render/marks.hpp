@@ -11,7 +11,7 @@ namespace lockstep {
 
 struct ContactMark {
   Eigen::Vector3f point;  // on the surface of shape a, world frame
-  Eigen::Vector3f force;  // on a, N: the impulse of the last sub-step over its time
+  Eigen::Vector3f force;  // on a, N: the impulse of the step, or of its last sub-step, over its time
   u32 color;              // in which the solver solves it; MAX_COLORS: after all colours
 };
 
@@ -21,11 +21,11 @@ struct JointMark {
   Eigen::Vector3f axis;  // unit; zero where it has none
 };
 
-inline const std::vector<Buffer> contact_mark_buffers = {Buffer::positions,       Buffer::orientations,
-                                                         Buffer::contacts,        Buffer::contact_points,
-                                                         Buffer::cached_impulses, Buffer::contact_colors};
+/// What contact_marks() reads.
+std::vector<Buffer> contact_mark_buffers(Features features);
 
-/// The contacts of the last step, so many of them, in a scene that has contacts.
+/// The contacts of the last step, so many of them, in a scene that has contacts; `dt` is the time of their impulses
+/// (impulse_time()).
 template <class real>
 std::vector<ContactMark> contact_marks(const Buffers<real>& buffers, u32 contacts, double dt);
 

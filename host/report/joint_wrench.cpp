@@ -5,7 +5,7 @@
 namespace lockstep {
 
 template <class real>
-JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& params, u32 index, ImpulsesOf of) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
   // the null body stands for the world
@@ -16,7 +16,7 @@ JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& p
     const Eigen::Vector3d arm = orientation_of(body) * vector3(anchor);
     return body < buffers.positions.size() ? Eigen::Vector3d(vector3(buffers.positions[body]) + arm) : arm;
   };
-  const JointMeasures measures = measure_joint(buffers, params, index);
+  const JointMeasures measures = measure_joint(buffers, params, index, of);
   const Eigen::Vector3d axis = orientation_of(info.body_a) * rotation(joint.frame_a) * Eigen::Vector3d::UnitZ();
   Eigen::Vector3d force = measures.force, torque = measures.torque;
   if (info.free == FREE_ANGLE) torque += measures.drive * axis;
@@ -28,7 +28,7 @@ JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& p
   return {into * force, into * torque};
 }
 
-template JointWrench joint_wrench(const Buffers<float>&, const StepParams<float>&, u32);
-template JointWrench joint_wrench(const Buffers<double>&, const StepParams<double>&, u32);
+template JointWrench joint_wrench(const Buffers<float>&, const StepParams<float>&, u32, ImpulsesOf);
+template JointWrench joint_wrench(const Buffers<double>&, const StepParams<double>&, u32, ImpulsesOf);
 
 }  // namespace lockstep

@@ -15,6 +15,6 @@ struct JointWrench {
 
 /// All that measure_joint() tells: its locked rows, and what drives its free coordinate.
 template <class real>
-JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
+JointWrench joint_wrench(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint, ImpulsesOf of);
 
 }  // namespace lockstep

@@ -183,7 +183,7 @@ JointDrift joint_drift(const Buffers<real>& buffers) {
 }
 
 template <class real>
-JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index, ImpulsesOf of) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
   const BodyFrame at_a = body_frame(buffers, info.body_a), at_b = body_frame(buffers, info.body_b);
@@ -205,6 +205,17 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
 
   const u32 slot = joint_slot(buffers, index), block = slot / PACK, lane = slot % PACK;
+  if (of == ImpulsesOf::step) {
+    const JointSumBlock<real>& sum = buffers.joint_sums[block];
+    const double time = double(params.dt) * params.substeps;
+    const auto in_lane = [lane](const real(&v)[3][PACK]) {
+      return Vector3d(double(v[0][lane]), double(v[1][lane]), double(v[2][lane]));
+    };
+    measures.force = in_lane(sum.impulse) / time;
+    measures.torque = in_lane(sum.moment) / time;
+    measures.drive = double(sum.free[lane]) / time;
+    return measures;
+  }
   const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
   const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
   measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
@@ -246,11 +257,11 @@ bool joints_conserve_momentum(const Buffers<real>& buffers) {
   });
 }
 
-#define INSTANTIATE(real)                                                                   \
-  template JointMeasures measure_joint(const Buffers<real>&, const StepParams<real>&, u32); \
-  template JointDrift joint_drift(const Buffers<real>&);                                    \
-  template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);        \
-  template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&);      \
+#define INSTANTIATE(real)                                                                               \
+  template JointMeasures measure_joint(const Buffers<real>&, const StepParams<real>&, u32, ImpulsesOf); \
+  template JointDrift joint_drift(const Buffers<real>&);                                                \
+  template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);                    \
+  template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&);                  \
   template bool joints_conserve_momentum(const Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)

@@ -20,7 +20,11 @@ struct JointDrift {
 template <class real>
 JointDrift joint_drift(const Buffers<real>& buffers);
 
-/// Of one joint: how it stands, and what it did in the last sub-step. World frame, SI units.
+/// What a joint did: in the last sub-step, or in all of the last step, of which the scene keeps the sums (feature
+/// summed_impulses).
+enum class ImpulsesOf { last_substep, step };
+
+/// Of one joint: how it stands, and what it did. World frame, SI units; forces are means of the time that is asked for.
 struct JointMeasures {
   double coordinate = 0, speed = 0;  // of its free coordinate, m or rad; 0 where it has none
   double drive = 0;                  // N or N m: of motor, friction, limits or spring along it
@@ -28,9 +32,10 @@ struct JointMeasures {
   JointDrift drift;
 };
 
-/// Along the axes of now, with which the impulses turn.
+/// The impulses of the last sub-step are along the axes of now, with which they turn.
 template <class real>
-JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
+JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint,
+                            ImpulsesOf of = ImpulsesOf::last_substep);
 
 /// k (x - rest)^2 / 2 of the spring on the free coordinate x of a joint, J; 0 where it has none.
 template <class real>

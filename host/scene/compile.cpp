@@ -393,6 +393,7 @@ void Compiler<real>::set_features() {
     features = with(features, Feature::partitions);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   const bool constrained = has(features, Feature::contacts) || jointed;
+  if (constrained && wants_step_forces(worlds_[0])) features = with(features, Feature::summed_impulses);
   if (constrained && is_gradient(settings.solver)) {
     if (has(features, Feature::patches))
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",

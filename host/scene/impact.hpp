@@ -11,7 +11,7 @@ struct Impact {
   double speed = 0;             // m/s
   Vector3 point = {0, 0, 0};    // m
   Vector3 normal = {0, 0, 0};   // from b to a, unit
-  Vector3 impulse = {0, 0, 0};  // on a, of all their points in the last sub-step, N s
+  Vector3 impulse = {0, 0, 0};  // on a, of all their points, N s: of the whole step (docs/forces.md)
 };
 
 }  // namespace lockstep

@@ -184,4 +184,12 @@ struct Scene {
   std::optional<CameraDescription> camera;    // none: framed automatically
 };
 
+/// Whether what contacts and joints give is summed over the sub-steps of a step (docs/forces.md): where the setting
+/// `forces` says so, and unless it says otherwise where impacts or sensors are told.
+inline bool wants_step_forces(const Scene& scene) {
+  const Settings& settings = scene.settings;
+  if (settings.forces != Forces::automatic) return settings.forces == Forces::step;
+  return settings.impact_speed.has_value() || !scene.sensors.empty();
+}
+
 }  // namespace lockstep

@@ -25,10 +25,9 @@ SensorReading reading_of(const SensorDescription& sensor, std::span<const ToldCo
 /// What a sensor of a joint reads of its force and torque, N and N m.
 SensorReading reading_of(const SensorDescription& sensor, const Vector3& force, const Vector3& torque);
 
-/// Whether a scene measures forces, and so wants those of the whole step.
-inline bool wants_step_forces(const Scene& scene) { return !scene.sensors.empty(); }
-
-/// The time in which contacts and joints gave the impulses that they tell, s: a sub-step.
-inline double told_time(const Settings& settings) { return settings.dt / substeps_of(settings); }
+/// The time in which contacts and joints gave the impulses that they tell, s: a step, or a sub-step.
+inline double told_time(const Scene& scene) {
+  return wants_step_forces(scene) ? scene.settings.dt : scene.settings.dt / substeps_of(scene.settings);
+}
 
 }  // namespace lockstep

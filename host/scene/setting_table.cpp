@@ -47,6 +47,7 @@ std::span<const std::pair<const char*, Integrator>> names_of(Integrator) { retur
 std::span<const std::pair<const char*, Gyroscopic>> names_of(Gyroscopic) { return gyroscopic_names; }
 std::span<const std::pair<const char*, Stabilization>> names_of(Stabilization) { return stabilization_names; }
 std::span<const std::pair<const char*, EventPairs>> names_of(EventPairs) { return event_pairs_names; }
+std::span<const std::pair<const char*, Forces>> names_of(Forces) { return forces_names; }
 std::span<const std::pair<const char*, BroadPhase>> names_of(BroadPhase) { return broad_phase_names; }
 std::span<const std::pair<const char*, const char*>> names_of(const std::string&) { return floating_point_names; }
 

@@ -100,6 +100,12 @@ enum class EventPairs { shapes, bodies, triangles };
 inline constexpr std::pair<const char*, EventPairs> event_pairs_names[] = {
     {"shapes", EventPairs::shapes}, {"bodies", EventPairs::bodies}, {"triangles", EventPairs::triangles}};
 
+/// Of which time impulses and forces are told (docs/forces.md): `automatic` is `step` where somebody is there to ask,
+/// wants_step_forces().
+enum class Forces { automatic, step, substep };
+inline constexpr std::pair<const char*, Forces> forces_names[] = {
+    {"auto", Forces::automatic}, {"step", Forces::step}, {"substep", Forces::substep}};
+
 /// A setting that is unset until somebody sets it: the solver brings it then. substeps_of() and its like give what
 /// holds.
 template <class T>

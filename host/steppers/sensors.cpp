@@ -15,11 +15,9 @@ Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 }  // namespace
 
 template <class real>
-SensorReading joint_reading(const SensorDescription& sensor, Backend<real>& backend, const StepParams<real>& params) {
-  const Buffer wanted[] = {Buffer::positions,     Buffer::orientations, Buffer::motions,
-                           Buffer::joint_infos,   Buffer::joints,       Buffer::screw_leads,
-                           Buffer::rolling_radii, Buffer::joint_lanes,  Buffer::joint_impulses};
-  const JointWrench wrench = joint_wrench(backend.download(wanted), params, sensor.joint);
+SensorReading joint_reading(const SensorDescription& sensor, const ToldJoint<real>& told,
+                            const StepParams<real>& params) {
+  const JointWrench wrench = joint_wrench(told.buffers, params, sensor.joint, told.impulses);
   return reading_of(sensor, vector(wrench.force), vector(wrench.torque));
 }
 
@@ -34,19 +32,19 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
     const Buffer wanted[] = {Buffer::positions, Buffer::shape_infos};
     const Buffers<real>& b = backend.download(wanted);
     for (const Vec4<real>& p : b.positions) centers.push_back({double(p.x), double(p.y), double(p.z)});
-    contacts = told_contacts(backend, counters, std::vector(b.shape_infos), DescribedShapes(worlds));
+    contacts = told_contacts(backend, params, counters, std::vector(b.shape_infos), DescribedShapes(worlds));
     std::erase_if(contacts, [](const ToldContact& contact) { return contact.world != 0; });
   }
-  const double time = told_time(worlds[0].settings);
+  const double time = told_time(worlds[0]);
   std::vector<SensorReading> readings;
   for (const SensorDescription& sensor : sensors)
     readings.push_back(sensor.joint == NONE ? reading_of(sensor, contacts, centers[sensor.body], time)
-                                            : joint_reading(sensor, backend, params));
+                                            : joint_reading(sensor, told_joint(backend, sensor.joint, true), params));
   return readings;
 }
 
 #define INSTANTIATE(real)                                                                                              \
-  template SensorReading joint_reading(const SensorDescription&, Backend<real>&, const StepParams<real>&);             \
+  template SensorReading joint_reading(const SensorDescription&, const ToldJoint<real>&, const StepParams<real>&);     \
   template std::vector<SensorReading> sensor_readings(std::span<const Scene>, Backend<real>&, const StepParams<real>&, \
                                                       const Counters&);
 INSTANTIATE(float)

@@ -6,6 +6,7 @@
 
 #include "host/backends/backend.hpp"
 #include "host/scene/scene.hpp"
+#include "host/steppers/told_joint.hpp"
 
 namespace lockstep {
 
@@ -16,6 +17,7 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
 
 /// The force and the torque of a joint (host/report/joint_wrench.hpp).
 template <class real>
-SensorReading joint_reading(const SensorDescription& sensor, Backend<real>& backend, const StepParams<real>& params);
+SensorReading joint_reading(const SensorDescription& sensor, const ToldJoint<real>& told,
+                            const StepParams<real>& params);
 
 }  // namespace lockstep

@@ -115,8 +115,8 @@ class EngineOf final : public Engine {
   }
 
   std::vector<ToldContact> contacts() override {
-    return told_contacts<real>(simulation_->backend(), simulation_->counters(), constants_.buffers.shape_infos,
-                               described_);
+    return told_contacts<real>(simulation_->backend(), simulation_->params(), simulation_->counters(),
+                               constants_.buffers.shape_infos, described_);
   }
 
   std::vector<EngineEvent> events() override { return without_worlds(simulation_->events(groups_)); }
@@ -146,7 +146,8 @@ class EngineOf final : public Engine {
 
   JointState joint_state(u32 joint) override;
   SensorReading joint_reading(const SensorDescription& sensor) override {
-    return lockstep::joint_reading(sensor, simulation_->backend(), simulation_->params());
+    return lockstep::joint_reading(sensor, told_joint(simulation_->backend(), sensor.joint, simulation_->has_stepped()),
+                                   simulation_->params());
   }
   StepErrors errors() override;
 
@@ -325,10 +326,8 @@ void EngineOf<real>::step(const ItemNamer& name) {
 
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos,
-                                     Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes,
-                                     Buffer::joint_impulses, Buffer::joint_angles});
-  const JointMeasures of = measure_joint(b, simulation_->params(), joint);
+  const ToldJoint<real> told = told_joint(simulation_->backend(), joint, simulation_->has_stepped());
+  const JointMeasures of = measure_joint(told.buffers, simulation_->params(), joint, told.impulses);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
 

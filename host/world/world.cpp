@@ -60,6 +60,7 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
     if (*solver != p.scene.settings.solver) replace_solver(p.scene.settings, *solver);
   }
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
+  if (p.scene.settings.forces == Forces::automatic) p.scene.settings.forces = Forces::step;
   expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
@@ -210,6 +211,8 @@ std::vector<std::string> World::suspicions() {
 }
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
+u32 World::substeps() const { return substeps_of(impl_->scene.settings); }
+double World::substep_length() const { return time_step() / substeps(); }
 
 void World::record(const std::string& path) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");

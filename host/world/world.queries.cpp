@@ -26,6 +26,20 @@ std::span<const BodyContact> World::contacts() {
   return impl_->contacts;
 }
 
+Vector3 World::contact_force(BodyHandle body, std::optional<u32> shape) {
+  const std::size_t shapes = description(body).shapes.size();
+  if (shape && *shape >= shapes)
+    throw Error(Failure::input, impl_->called(body),
+                "has no shape " + std::to_string(*shape) + ", its shapes are " + std::to_string(shapes));
+  Vector3 impulse = {0, 0, 0};
+  for (const BodyContact& contact : contacts()) {
+    if (contact.a == body && (!shape || contact.shape_a == *shape)) impulse = exact::add(impulse, contact.impulse);
+    if (contact.b == body && (!shape || contact.shape_b == *shape)) impulse = exact::subtract(impulse, contact.impulse);
+  }
+  const bool of_step = wants_step_forces(impl_->scene);
+  return exact::scale(1 / (of_step ? time_step() : substep_length()), impulse);
+}
+
 std::span<const BodyEvent> World::events() {
   impl_->keep_contacts_and_events();
   return impl_->events;

@@ -25,7 +25,7 @@ SensorReading World::Impl::reading(const SensorDescription& sensor) {
   for (const BodyContact& contact : contacts)
     told.push_back({0, side(contact.a, contact.shape_a), side(contact.b, contact.shape_b), contact.point,
                     contact.normal, contact.impulse});
-  return reading_of(sensor, told, current_poses()[sensor.body].position, told_time(scene.settings));
+  return reading_of(sensor, told, current_poses()[sensor.body].position, told_time(scene));
 }
 
 std::vector<SensorReading> World::sensors() {

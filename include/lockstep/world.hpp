@@ -49,13 +49,15 @@ struct Wrench {
   Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
 };
 
-/// A point at which two bodies touched, or could have, in the last step.
+/// A point at which two bodies touched, or could have, in the last step. Its impulse is the sum of its sub-steps, of
+/// bodies that sleep that many times what they last carried in one; with the setting `forces` "substep" it is that of
+/// the last sub-step (docs/forces.md).
 struct BodyContact {
   BodyHandle a, b;
   u32 shape_a, shape_b;                                 // by their indices in the bodies' descriptions
   Vector3 point;                                        // on the surface of a at the end of the step, world frame, m
   Vector3 normal;                                       // from b to a, unit
-  Vector3 impulse;                                      // on a, of the last sub-step, N s
+  Vector3 impulse;                                      // on a, N s
   std::optional<u32> triangle_a = {}, triangle_b = {};  // of shapes that are surfaces
   double gap = 0;                                       // at the end of the step, m; negative where they overlap
 };
@@ -90,7 +92,9 @@ struct BodyHit {
   std::optional<u32> triangle = {};  // of a shape that is a surface
 };
 
-/// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
+/// How a joint stands, and what it does. World frame; forces are the mean of the last step, 0 before the first. Those
+/// of the last sub-step are told with the setting `forces` "substep", of joints that sleep, and where bodies or joints
+/// have come, gone or changed since the step (docs/forces.md).
 struct JointState {
   // angle of a hinge, planar, universal (first arm) or screw joint, with its revolutions, rad; travel of a slider or
   // cylindrical joint or length of a distance joint, m; of others 0
@@ -255,8 +259,10 @@ class World {
   /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
   void step(u32 count = 1);
   u32 steps_done() const;
-  double time() const;       // s: steps_done() times the step, without what adding steps up would round
-  double time_step() const;  // the scene's `dt`, s
+  double time() const;            // s: steps_done() times the step, without what adding steps up would round
+  double time_step() const;       // the scene's `dt`, s
+  u32 substeps() const;           // of each step
+  double substep_length() const;  // s: the step over its sub-steps
 
   // ---- what is; spans hold until the next call that is not const
 
@@ -269,6 +275,10 @@ class World {
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
+  /// What contacts() push a body with, N, world frame: the sum of their impulses on it, over the step, or over the
+  /// sub-step with the setting `forces` "substep"; of one of its shapes, by its index in the body's description. Throws
+  /// Error (input) for a shape that it does not have.
+  Vector3 contact_force(BodyHandle body, std::optional<u32> shape = {});
   /// contacts(), in their order, with the impulses of least norm that do the same: where several points carry a body,
   /// mechanics does not say how they share the load, and what contacts() tells depends on the solver. Of all r_i in the
   /// cones of friction with sum_i G_i r_i = sum_i G_i r_i(told), G_i being force and moment on each dynamic body, that

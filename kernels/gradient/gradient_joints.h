@@ -112,8 +112,8 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
   const lane bound_softness =
       LANE_LOAD(block->bound_softness + first) * ((free_mobility - coupled_mobility / ((lane)1 + softness)) / e);
-  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, bound_softness);
-  const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
+  const lane free_impulse = lane_free_impulse(block, first, e, q, slowest, fastest, bound_softness);
+  const lane r_free = e > (lane)0 ? free_impulse : (lane)0;
   const lane change = r_free - old;
 
   lane ahead[JOINT_ROWS];

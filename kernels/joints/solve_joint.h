@@ -82,24 +82,28 @@ static inline void lane_solve_locked_rows(global const JointBlock* block, u32 fi
   lane_solve_factor(block, first, d);
 }
 
-// The velocity that the free row gets.
-static inline lane lane_free_speed(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
-                                   lane fastest, lane bound_softness) {
-  lane idle = q, motor_change = e * LANE_LOAD(block->motor_impulse + first);
+// The impulse that the free row gets, where e is not 0.
+static inline lane lane_free_impulse(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
+                                     lane fastest, lane bound_softness) {
+  const lane motor_impulse = LANE_LOAD(block->motor_impulse + first), wanted = LANE_LOAD(block->motor_speed + first);
+  lane idle = q, motor_change = e * motor_impulse;
 #if FEATURE_JOINT_SPRINGS
   const lane spring_compliance = LANE_LOAD(block->spring_compliance + first);
-  const lane left = spring_compliance > (lane)0 ? spring_compliance / (e + spring_compliance) : (lane)1;
-  idle = spring_compliance > (lane)0 ? slowest + left * (q - slowest) : q;
+  const lane_mask sprung = spring_compliance > (lane)0;
+  const lane left = sprung ? spring_compliance / (e + spring_compliance) : (lane)1;
+  idle = sprung ? slowest + left * (q - slowest) : q;
   motor_change = left * motor_change;
 #endif
-  const lane wanted = LANE_LOAD(block->motor_speed + first);
-  const lane driven = wanted < idle - motor_change ? idle - motor_change
-                                                   : (wanted > idle + motor_change ? idle + motor_change : wanted);
-  const lane bounded = lane_bounded_speed(driven, slowest, fastest, bound_softness);
+  const lane_mask brakes = wanted<idle - motor_change, pushes = wanted> idle + motor_change;
+  const lane driven = brakes ? idle - motor_change : (pushes ? idle + motor_change : wanted);
+  const lane hard = (lane_bounded_speed(driven, slowest, fastest, bound_softness) - q) / e;
 #if FEATURE_JOINT_SPRINGS
-  return spring_compliance > (lane)0 ? driven : bounded;
+  const lane alone = (slowest - q) / (e + spring_compliance), motor = left * motor_impulse;
+  const lane beside = brakes ? alone - motor : (pushes ? alone + motor : (wanted - q) / e);
+  const lane soft = motor_impulse > (lane)0 ? beside : alone;
+  return sprung ? soft : hard;
 #else
-  return bounded;
+  return hard;
 #endif
 }
 
@@ -154,8 +158,8 @@ static inline void solve_joint_lanes(const u32 purpose, u32 first, global const 
   const lane e = LANE_LOAD(block->free_mobility + first) - g * LANE_LOAD(block->coupled_mobility + first);
   const lane q = before - e * old;
   const lane bound_softness = share * LANE_LOAD(block->bound_softness + first);
-  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, bound_softness);
-  lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
+  const lane free_impulse = lane_free_impulse(block, first, e, q, slowest, fastest, bound_softness);
+  lane r_free = e > (lane)0 ? free_impulse : (lane)0;
 #if FEATURE_SLEEPING
   r_free = LANE_LOAD(block->free_mobility + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
 #endif

@@ -174,6 +174,8 @@ class ClosedForms(unittest.TestCase):
         ground = world.body("ground")
         on_ground = np.where((contacts["a"] == ground.id)[:, None], contacts["impulse"], -contacts["impulse"])
         np.testing.assert_allclose(on_ground.sum(axis=0), [0, 0, -3 * 9.81 * 0.01], atol=1e-9)
+        np.testing.assert_allclose(world.contact_force(ground), [0, 0, -3 * 9.81], atol=1e-7)
+        np.testing.assert_allclose(world.contact_force(world.bodies[1], 0), [0, 0, 3 * 9.81], atol=1e-7)
         np.testing.assert_allclose(np.abs(contacts["normal"][:, 2]), 1)
         errors = world.errors()
         self.assertEqual(errors.contacts, 4)
@@ -204,6 +206,17 @@ class ClosedForms(unittest.TestCase):
             np.testing.assert_allclose(load.values, [0, 0, -3 * 9.81], atol=1e-4)
         with self.assertRaisesRegex(lockstep.Error, 'sensor "scal": is not in this world; did you mean "scale"'):
             world.sensor("scal")
+
+    def test_forces_are_of_the_whole_step_unless_asked_otherwise(self):
+        box = {"mass": 3, "position": [0, 0, 0.5], "shapes": [{"type": "box", "size": [1, 1, 1]}]}
+        for forces, parts in (("auto", 1), ("step", 1), ("substep", 5)):
+            settings = {"dt": 0.01, "solver": "small_steps", "forces": forces}
+            world = lockstep.World(scene(GROUND, box, settings=settings), precision="double", device="reference")
+            self.assertEqual((world.substeps, world.substep_length), (5, 0.01 / 5))
+            world.step(100)
+            impulse = np.abs(world.contacts()["impulse"].sum(axis=0))[2]
+            self.assertAlmostEqual(impulse, 3 * 9.81 * 0.01 / parts, delta=1e-4)
+            self.assertAlmostEqual(world.contact_force(world.bodies[1])[2], 3 * 9.81, delta=0.01)
 
     def test_loads_accelerate(self):
         """v = integral of F / m; a function, a table, and what is applied step by step."""

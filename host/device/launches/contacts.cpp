@@ -326,7 +326,17 @@ void launch_close_joints(Launcher& launcher) {
   }
 }
 
-void launch_spread_patches(Launcher& launcher) { launcher.run("spread_patches", launcher.plan().blocks * PACK); }
+void launch_sum_impulses(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  if (has(plan.features, Feature::contacts)) launcher.run("sum_contact_impulses", plan.blocks * (PACK / plan.lanes));
+  if (has(plan.features, Feature::joints))
+    launcher.run("sum_joint_impulses", plan.sizes.joint_blocks * (PACK / plan.lanes));
+}
+
+void launch_spread_patches(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.run("spread_patches", plan.blocks * (PACK / plan.lanes));
+}
 
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }
 
