@@ -8,19 +8,14 @@
 
 namespace lockstep {
 
-namespace {
-
-Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-}  // namespace
-
 template <class real>
 SensorReading joint_reading(const SensorDescription& sensor, Backend<real>& backend, const StepParams<real>& params) {
   const Buffer wanted[] = {Buffer::positions,     Buffer::orientations, Buffer::motions,
                            Buffer::joint_infos,   Buffer::joints,       Buffer::screw_leads,
                            Buffer::rolling_radii, Buffer::joint_lanes,  Buffer::joint_impulses};
   const JointWrench wrench = joint_wrench(backend.download(wanted), params, sensor.joint);
-  return reading_of(sensor, vector(wrench.force), vector(wrench.torque));
+  const Eigen::Vector3d &f = wrench.force, &t = wrench.torque;
+  return reading_of(sensor, {f.x(), f.y(), f.z()}, {t.x(), t.y(), t.z()});
 }
 
 template <class real>
