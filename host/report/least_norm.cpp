@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "host/report/contact_system.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -74,12 +76,6 @@ Projection project(const Vector2d& mu, const Vector3d& r) {
     derivative += across * across.transpose() / across.dot(diagonal.cwiseProduct(across));
   }
   return {x, derivative};
-}
-
-Matrix3d cross(const Vector3d& a) {
-  Matrix3d m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
 }
 
 // A set of bodies that contacts join, and those contacts; lengths and impulses in parts of the largest.
@@ -170,7 +166,7 @@ Problem::Problem(std::span<const SharedContact> contacts, const std::vector<u32>
       row.body[side] = id == NONE ? -1 : bodies.at(id).index;
       if (id == NONE) continue;
       Block block;
-      block << Matrix3d::Identity(), -cross((contacts[i].point - bodies.at(id).center()) / length);
+      block << Matrix3d::Identity(), -cross_matrix((contacts[i].point - bodies.at(id).center()) / length);
       row.from_body[side] = (side == 0 ? 1 : -1) * row.axes.transpose() * block;
     }
     rows_.push_back(row);

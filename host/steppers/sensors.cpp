@@ -8,17 +8,12 @@
 
 namespace lockstep {
 
-namespace {
-
-Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-}  // namespace
-
 template <class real>
 SensorReading joint_reading(const SensorDescription& sensor, const ToldJoint<real>& told,
                             const StepParams<real>& params) {
   const JointWrench wrench = joint_wrench(told.buffers, params, sensor.joint, told.impulses);
-  return reading_of(sensor, vector(wrench.force), vector(wrench.torque));
+  const Eigen::Vector3d &f = wrench.force, &t = wrench.torque;
+  return reading_of(sensor, {f.x(), f.y(), f.z()}, {t.x(), t.y(), t.z()});
 }
 
 template <class real>

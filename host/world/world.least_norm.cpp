@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 // What is this close, in parts of its distance from the centre of mass, touches: as near as solvers let resting bodies
 // be (the slop of a cube is 2e-4 of half its edge).
-constexpr double touching = 2e-4;
+constexpr double touching_share = 2e-4;
 
 Vector3d vector(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
@@ -50,7 +50,7 @@ std::vector<BodyContact> World::least_norm_contacts() {
     }
     one.impulse = vector(contact.impulse);
     const bool carries = one.impulse.dot(one.normal) > 0;
-    if (!carries && !(one.impulse == Vector3d::Zero() && contact.gap <= touching * arm)) continue;
+    if (!carries && !(one.impulse == Vector3d::Zero() && contact.gap <= touching_share * arm)) continue;
     const ShapeDescription &shape_a = body_a.shapes[contact.shape_a], &shape_b = body_b.shapes[contact.shape_b];
     const PairFriction& friction = frictions[shape_a.material * materials + shape_b.material];
     one.axis = friction.axis_of_b ? x_axis_of(poses[b], shape_b) : x_axis_of(poses[a], shape_a);
