@@ -143,8 +143,6 @@ TEST_P(StepForces, OfAnImpactAreTheWholeBlow) {
   ground.step();
   const auto events = ground.events();
   ASSERT_EQ(events.size(), 2u) << "it begins to touch, with a blow";
-  double gap = 0.009 * g - ground.pose(ground.bodies()[1]).position[2] + 0.5;
-  EXPECT_NEAR(gap, 0.009 * g, 0.1);
   const double stopped = g + ground.velocity(ground.bodies()[1]).linear[2];
   EXPECT_NEAR(events[1].impact->impulse[2], 20 * stopped, 2e-4 * 20 * stopped);
   if (GetParam().substeps > 2) EXPECT_NEAR(events[1].impact->impulse[2], 196.2, 0.2);
@@ -177,21 +175,20 @@ TEST_P(StepForces, OfAPendulum) {
     const double length = 1, mass = 2;
     Scene scene = empty_scene(0.002);
     scene.gravity = {0, 0, -g};
-    World world_ = world(scene);
-    BodyDescription bob = box_at({length, 0, 0}, mass);
-    const BodyHandle body = world_.add(bob);
+    World swing = world(scene);
+    const BodyHandle bob = swing.add(box_at({length, 0, 0}, mass));
     JointDescription rod = {.kind = kind, .anchor_a = {length, 0, 0}, .anchor_b = {0, 0, 0}};
     if (kind == JOINT_BALL) rod.anchor_a = {0, 0, 0};
     if (kind == JOINT_DISTANCE) rod.limited = true, rod.low = rod.high = length;
-    const JointHandle joint = world_.add(rod, body);
+    const JointHandle joint = swing.add(rod, bob);
     for (u32 i = 0; i < 250; ++i) {
-      const Vector3 x = world_.pose(body).position;
-      world_.step();
+      const Vector3 x = swing.pose(bob).position;
+      swing.step();
       if (i % 50 != 49) continue;
-      const Vector3 v = world_.velocity(body).linear, after = world_.pose(body).position;
+      const Vector3 v = swing.velocity(bob).linear, after = swing.pose(bob).position;
       const Vector3 middle = exact::scale(0.5, exact::add(x, after));
       const double r = exact::length(middle), pull = mass * (-g * middle[2] / r + exact::dot(v, v) / r);
-      const JointState state = world_.state(joint);
+      const JointState state = swing.state(joint);
       const double told = kind == JOINT_BALL ? exact::dot(state.force, middle) / r : state.drive;
       EXPECT_NEAR(std::abs(told), pull, 0.03 * mass * g) << kind << ", step " << i;
     }
@@ -224,13 +221,11 @@ TEST_P(StepForces, OfASpring) {
   Scene scene = empty_scene();
   scene.gravity = {0, 0, -g};
   World shop = world(scene);
-  const BodyHandle body = shop.add(box_at({0, 0, -mass * g / stiffness}, mass));
-  JointDescription slider = {.kind = JOINT_SLIDER, .spring = JointSpring{stiffness, 0, 0}};
-  slider.reference_poses = ReferencePoses{};
-  const JointHandle joint = shop.add(slider, body);
+  const BodyHandle body = shop.add(box_at({0, 0, 0}, mass));
+  const JointSpring spring = {.stiffness = stiffness, .rest = -mass * g / stiffness};
+  const JointHandle joint = shop.add({.kind = JOINT_SLIDER, .spring = spring}, body);
   shop.step(10);
-  const double drop = shop.pose(body).position[2], x = shop.state(joint).coordinate;
-  EXPECT_NEAR(std::abs(shop.state(joint).drive), mass * g, 0.02 * mass * g) << drop << " " << x;
+  EXPECT_NEAR(shop.state(joint).drive, -mass * g, 1e-3 * mass * g) << "on the world";
 }
 
 std::string name_of_case(const testing::TestParamInfo<Case>& info) {
@@ -282,8 +277,6 @@ TEST(ForcesSetting, SleepersTellWhatTheyLastCarriedForAsLong) {
   for (const Forces forces : {Forces::step, Forces::substep}) {
     World world(slept_scene(forces), in_double());
     const BodyHandle box = world.add(box_at({0, 0, 0.5}, 2)), weight = world.add(box_at({3, 0, 2}, 4));
-    BodyDescription nail;
-    nail.kind = BODY_STATIC;
     const JointHandle rope = world.add({.kind = JOINT_FIXED, .anchor_a = {3, 0, 2}, .anchor_b = {3, 0, 2}}, weight);
     for (u32 i = 0; i < 100; ++i) {
       world.step();
@@ -328,7 +321,7 @@ TEST(ForcesSetting, AJointTellsItsLastForceOnceOthersHaveCome) {
 TEST(ForcesSetting, AShapeThatABodyLacksIsRefused) {
   World world(ground_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 0.5}, 2));
-  EXPECT_EQ(refusal([&] { world.contact_force(box, 1); }), "body 1: has no shape 1, its shapes are 1");
+  EXPECT_EQ(refusal([&] { world.contact_force(box, 1); }), "body with the handle 1: has no shape 1, its shapes are 1");
 }
 
 }  // namespace

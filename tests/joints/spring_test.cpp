@@ -62,6 +62,23 @@ TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
   }
 }
 
+// What a spring takes from a speed in a short step is next to nothing beside it: v = -h k x / (m + h^2 k), in float
+// too.
+TYPED_TEST(JointSprings, ThatAreSoftForTheirStepPushByTheirStretch) {
+  using real = TypeParam;
+  for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
+    const double m = kind == JOINT_HINGE ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0, x = 0.3, h = 5e-4;
+    for (const double stiffness : {0.1, 10.0, 1e3}) {
+      Scene scene = sprung(kind, {.stiffness = stiffness, .rest = rest}, rest + x);
+      scene.settings.dt = h;
+      scene.settings.integrator = Integrator::semi_implicit_euler;
+      const double expected = -h * stiffness * x / (m + h * h * stiffness);
+      EXPECT_NEAR(speed(kind, after_steps<real>(scene, 1)), expected, (sizeof(real) == 4 ? 2e-6 : 1e-12) * -expected)
+          << name_of(kind) << ' ' << stiffness;
+    }
+  }
+}
+
 // The velocity of that swing is v_n = -x_0 (2 / h) tan(f / 2) sin(n f), so that with a = h^2 k / 2 m its energy is
 // k x_0^2 / 2 (1 - sin^2(n f) a / (2 + a)).
 TYPED_TEST(JointSprings, EnergyGoesBetweenSpringAndBody) {
