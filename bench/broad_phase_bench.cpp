@@ -218,7 +218,8 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
   const auto signatures = sources.signatures(files);
   DeviceMemory memory(device, queue);
   memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
-  DeviceLauncher launcher(device, queue, memory, 0, false);
+  BuildClock builds{"", {}, 0};  // told to nobody
+  DeviceLauncher launcher(device, queue, memory, builds, 0, false);
   const u32 lanes = info.type == DeviceType::cpu ? 16 : 1;
   launcher.add(build_program(device, sources.assemble(files), {.lanes = lanes}).program, signatures);
   launcher.plan().lanes = lanes;

@@ -27,17 +27,18 @@ CALLED
 #else
 static inline
 #endif
-Manifold collide_shapes(u32 kind_a, const WorldShape* a, u32 kind_b, const WorldShape* b, const HullTables* tables,
-                        real limit) {
+Manifold collide_shapes(u32 kind_a, const WorldShape* shape_a, u32 kind_b, const WorldShape* shape_b,
+                        const HullTables* tables, real limit) {
   const bool swapped = kind_a > kind_b;
+  WorldShape first = *shape_a, second = *shape_b;
   if (swapped) {
-    const WorldShape* old_a = a;
-    a = b;
-    b = old_a;
+    first = *shape_b;
+    second = *shape_a;
     const u32 kind = kind_a;
     kind_a = kind_b;
     kind_b = kind;
   }
+  const WorldShape *a = &first, *b = &second;
   Manifold m = no_manifold();
   bool by_patches = false;
 #define SHAPE_PAIR(first, second, manifold) \
