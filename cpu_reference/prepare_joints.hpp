@@ -67,9 +67,19 @@ struct FreeLaw {
   real slowest, fastest, bound_softness;
 };
 
+/// The velocity that takes back so much of an error in a sub-step; of an angle that counts its revolutions no more than
+/// a radian: it is relaxed, so that nobody foresees it.
+template <class real>
+real correction_speed(real change, bool counted, real dt) {
+  const real most = real(JOINT_CLOSING_ANGLE);
+  if (counted && change > most) return most / dt;
+  return counted && change < -most ? -most / dt : change / dt;
+}
+
 /// `velocity_product` is what the rotation of the bodies adds to the velocity: only a locked coordinate asks.
 template <class real>
-FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring, real velocity_product, real dt) {
+FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring, bool counted, real velocity_product,
+                       real dt) {
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   if (joint.spring_compliance > 0) {
@@ -79,13 +89,13 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring,
   }
   const real above = x - joint.low, below = joint.high - x;
   if (joint.low == joint.high) {
-    law.slowest = -(joint.correction * above / dt + velocity_product);
+    law.slowest = -(correction_speed(joint.correction * above, counted, dt) + velocity_product);
     law.fastest = law.slowest;
     law.bound_softness = joint.softness;
     return law;
   }
-  law.slowest = above > 0 ? -(above / dt) : -(joint.correction * above / dt);
-  law.fastest = below > 0 ? below / dt : joint.correction * below / dt;
+  law.slowest = above > 0 ? -(above / dt) : -correction_speed(joint.correction * above, counted, dt);
+  law.fastest = below > 0 ? below / dt : correction_speed(joint.correction * below, counted, dt);
   law.bound_softness = above < 0 || below < 0 ? joint.softness : real(0);
   return law;
 }
@@ -293,7 +303,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   const real before = free_velocity_before(buffers, params, info, current);
   const SpringLaw<real> spring =
       spring_law(joint, params, current.coordinate - joint.low, block.free_mobility[lane] - coupled_mobility, before);
-  const FreeLaw<real> law = free_law(joint, current.coordinate, spring, velocity_product[JOINT_ROWS], params.dt);
+  const FreeLaw<real> law = free_law(joint, current.coordinate, spring, counts_revolutions(buffers, info),
+                                     velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
   block.bound_softness[lane] = law.bound_softness;

@@ -29,8 +29,14 @@ static inline SpringLaw joint_spring_law(const Joint joint, const StepParams* pa
   return law;
 }
 
-static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, real velocity_product, real dt, u32 lane,
-                                  global JointBlock* block) {
+static inline real joint_correction_speed(real change, bool counted, real dt) {
+  const real most = (real)JOINT_CLOSING_ANGLE;
+  if (counted && change > most) return most / dt;
+  return counted && change < -most ? -most / dt : change / dt;
+}
+
+static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, bool counted, real velocity_product,
+                                  real dt, u32 lane, global JointBlock* block) {
   real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, bound_softness = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
@@ -38,12 +44,12 @@ static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, r
       slowest = -spring.bias;
       fastest = slowest;
     } else if (joint.low == joint.high) {
-      slowest = -(joint.correction * above / dt + velocity_product);
+      slowest = -(joint_correction_speed(joint.correction * above, counted, dt) + velocity_product);
       fastest = slowest;
       bound_softness = joint.softness;
     } else {
-      slowest = above > (real)0 ? -(above / dt) : -(joint.correction * above / dt);
-      fastest = below > (real)0 ? below / dt : joint.correction * below / dt;
+      slowest = above > (real)0 ? -(above / dt) : -joint_correction_speed(joint.correction * above, counted, dt);
+      fastest = below > (real)0 ? below / dt : joint_correction_speed(joint.correction * below, counted, dt);
       bound_softness = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
     }
   }
@@ -259,7 +265,8 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   const real mobility = (is_free ? free_mobility : (real)0) - coupled_mobility;
   const SpringLaw spring = joint_spring_law(joint, params, current.coordinate - joint.low, mobility, before);
   block->spring_compliance[lane] = spring.compliance;
-  joint_free_law(joint, current.coordinate, spring, velocity_product[JOINT_ROWS], params->dt, lane, block);
+  joint_free_law(joint, current.coordinate, spring, counts_revolutions(info), velocity_product[JOINT_ROWS], params->dt,
+                 lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,

@@ -31,7 +31,10 @@ template <class real>
 void set_joint_angles(std::span<const double> angles, double dt, Buffers<real>& buffers) {
   const std::vector<double> growths = angles_of_substep(buffers, dt);
   buffers.joint_angles.resize(growths.size());
-  for (std::size_t j = 0; j < growths.size(); ++j) buffers.joint_angles[j] = static_cast<real>(angles[j] - growths[j]);
+  for (std::size_t j = 0; j < growths.size(); ++j) {
+    const bool counts = COUNTS_REVOLUTIONS(buffers.joint_infos[j]);
+    buffers.joint_angles[j] = counts ? static_cast<real>(angles[j] - growths[j]) : real(0);
+  }
 }
 
 #define INSTANTIATE(real)                                                       \

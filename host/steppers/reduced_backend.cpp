@@ -5,6 +5,7 @@
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "cpu_reference/oracle/error.hpp"
 #include "host/in_double.hpp"
+#include "host/scene/joint_angles.hpp"
 
 namespace lockstep {
 
@@ -31,6 +32,11 @@ void ReducedBackend::start(const StepParams<double>& params) {
   solution_.reset();
   step_ = std::make_unique<Step>(tree_, laws_, step_start(buffers(), params, tree_));
   write_twists(step_->twists(), true);
+  Buffers<double>& b = buffers();
+  if (b.joint_angles.empty()) return;
+  std::vector<double> angles;  // prepare_joints expects them a sub-step before, by these velocities
+  for (std::size_t j = 0; j < b.joints.size(); ++j) angles.push_back(step_->coordinate_from(j));
+  set_joint_angles(angles, params.dt, b);
 }
 
 void ReducedBackend::solve(const StepParams<double>& params) {
