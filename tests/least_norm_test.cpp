@@ -47,7 +47,7 @@ void expect_near(const Vector3d& actual, const Vector3d& expected, double tolera
   EXPECT_LT((actual - expected).norm(), tolerance) << actual.transpose() << " is not " << expected.transpose();
 }
 
-TEST(LeastNorm, ACrateOnFourFeetStandsOnEachByAQuarter) {
+TEST(LeastNorm, FourFeetCarryAQuarterEach) {
   for (const Vector3d& impulse : least_norm_impulses(four_feet({1.5, 0.5, 0.5, 1.5}, {0, 0, 0}, 0.5)))
     expect_near(impulse, {0, 0, 1});
 }
@@ -98,7 +98,7 @@ TEST(LeastNorm, WhatSlidesHasFrictionInProportionToItsNormalForces) {
 
 // A body in a groove with walls at +-a: both carry half straight up where the cone has that, else at its edge, phi =
 // atan mu off the normal: W / 2 / cos(a - phi).
-TEST(LeastNorm, AWedgePushesItsWallsApartAsLittleAsFrictionLets) {
+TEST(LeastNorm, AWedgePushesItsWallsAsLittleAsFrictionLets) {
   const double angle = 0.6;
   for (const double friction : {0.0, 0.3, 0.9}) {
     std::vector<SharedContact> walls;
@@ -111,7 +111,7 @@ TEST(LeastNorm, AWedgePushesItsWallsApartAsLittleAsFrictionLets) {
   }
 }
 
-TEST(LeastNorm, StackedCratesStandOnAllFeetOfEach) {
+TEST(LeastNorm, StackedCratesLoadAllFeetOfEach) {
   std::vector<SharedContact> contacts = four_feet({4, 2, 2, 4}, {0, 0, 0}, 0.5);
   for (SharedContact contact : four_feet({1, 3, 3, 1}, {0, 0, 0}, 0.5)) {
     contact.body_a = 1;
@@ -268,7 +268,7 @@ World crate_world(const std::string& precision, double offset, bool sleeping = f
   return World(scene, {.device = "reference", .precision = precision});
 }
 
-TEST(LeastNorm, ACrateOfAWorldStandsByItsCentreOfMass) {
+TEST(LeastNorm, ACrateOfAWorldLoadsItsFeetByItsCentreOfMass) {
   for (const std::string precision : {"float", "double"}) {
     for (const double offset : {0.0, 0.1}) {
       for (const bool sleeping : {false, true}) {

@@ -209,7 +209,7 @@ TEST(Sensors, AskForForcesOfTheStep) {
 
 using SensorsOfARun = CommandLine;
 
-TEST_F(SensorsOfARun, StandInItsReportAndItsTable) {
+TEST_F(SensorsOfARun, AreInItsReportAndItsTable) {
   std::ofstream(file("table.json")) << table;
   const std::string scene = file("table.json").string() + " --device reference --precision double --steps 200";
   const nlohmann::json sensors = report_of(scene)["sensors"];
