@@ -145,7 +145,9 @@ TEST_P(StepForces, OfAnImpactAreTheWholeBlow) {
   ASSERT_EQ(events.size(), 2u) << "it begins to touch, with a blow";
   const double stopped = g + ground.velocity(ground.bodies()[1]).linear[2];
   EXPECT_NEAR(events[1].impact->impulse[2], 20 * stopped, 2e-4 * 20 * stopped);
-  if (GetParam().substeps > 2) EXPECT_NEAR(events[1].impact->impulse[2], 196.2, 0.2);
+  if (GetParam().substeps > 2) {
+    EXPECT_NEAR(events[1].impact->impulse[2], 196.2, 0.2);
+  }
 }
 
 // What hangs by a joint from a lift: m (g + a), and the moment of a fixed one that holds it by its side, m (g + a) l.
@@ -209,7 +211,9 @@ TEST_P(StepForces, OfAMotorThatBrakes) {
     shop.step();
     const double after = shop.velocity(body).angular[2], drive = shop.state(axle).drive;
     EXPECT_NEAR(drive * shop.time_step(), before - after, GetParam().in_float ? 2e-6 : 1e-12) << i;
-    if (i < 39) EXPECT_NEAR(drive, 5, 5 * tolerance()) << i;
+    if (i < 39) {
+      EXPECT_NEAR(drive, 5, 5 * tolerance()) << i;
+    }
     before = after;
   }
   EXPECT_NEAR(before, 0, 1e-5);
