@@ -13,6 +13,7 @@ namespace lockstep::reference {
 template <class real>
 struct PatchSpread {
   Vec3<real> normal, centre, tangent;  // for a unit of normal impulse
+  Vec3<real> unloaded;                 // friction of each contact of a pair whose normals push no more; else 0
   real about;                          // of the twist, for a unit of normal impulse at a unit of distance
 };
 
@@ -37,8 +38,9 @@ PatchSpread<real> spread_of(const std::vector<ContactBlock<real>>& contacts,
   }
   const real along = load > 0 ? real(1) / load : real(0), about = swing > 0 ? patch.twist[lane] / swing : real(0);
   const Vec3<real> tangent =
-      scale3(along, add3(scale3(patch.tangent_1[lane], c.tangent_1), scale3(patch.tangent_2[lane], c.tangent_2)));
-  return {c.normal, c.arm_a, tangent, about};
+      add3(scale3(patch.tangent_1[lane], c.tangent_1), scale3(patch.tangent_2[lane], c.tangent_2));
+  const real even = load > 0 ? real(0) : real(1) / static_cast<real>(count);
+  return {c.normal, c.arm_a, scale3(along, tangent), scale3(even, tangent), about};
 }
 
 /// What a contact gets along its tangents, beside its normal impulse.
