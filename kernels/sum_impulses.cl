@@ -36,7 +36,7 @@ kernel void sum_contact_impulses(global const BlockBodies* block_bodies, global 
 #endif
       Lane3 impulse = lane_impulse_world(lane_contact(contact_blocks + row, first), r);
 #if FEATURE_PATCHES
-      impulse = lane_add3(impulse, spread.unloaded);
+      impulse = lane_add3(impulse, spread.rest);
 #endif
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
       sum_add(params.substep, there ? impulse.x : (lane)0, impulse_sums[row].x + first);
