@@ -13,6 +13,7 @@ namespace lockstep::reference {
 template <class real>
 struct PatchSpread {
   Vec3<real> normal, centre, tangent;  // for a unit of normal impulse
+  Vec3<real> rest;                     // of the friction, for each contact: what these shares leave
   real about;                          // of the twist, for a unit of normal impulse at a unit of distance
 };
 
@@ -29,16 +30,20 @@ PatchSpread<real> spread_of(const std::vector<ContactBlock<real>>& contacts,
                             const PatchBlock<real>& block, const PatchImpulse<real>& patch) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   real load = 0, swing = 0;
+  Vec3<real> drift = {0, 0, 0};
   for (u32 k = 0; k < count; ++k) {
     const Vec3<real> around = spread_around(contacts[first + k], lane, c.normal, c.arm_a);
     const real r = impulses[first + k].normal[lane];
     load = load + r;
     swing = swing + r * dot3(around, around);
+    drift = add3(drift, scale3(r, around));
   }
   const real along = load > 0 ? real(1) / load : real(0), about = swing > 0 ? patch.twist[lane] / swing : real(0);
   const Vec3<real> tangent =
-      scale3(along, add3(scale3(patch.tangent_1[lane], c.tangent_1), scale3(patch.tangent_2[lane], c.tangent_2)));
-  return {c.normal, c.arm_a, tangent, about};
+      add3(scale3(patch.tangent_1[lane], c.tangent_1), scale3(patch.tangent_2[lane], c.tangent_2));
+  const Vec3<real> left = scale3(load > 0 ? real(0) : real(1), tangent);
+  const Vec3<real> rest = scale3(real(1) / static_cast<real>(count), sub3(left, scale3(about, drift)));
+  return {c.normal, c.arm_a, scale3(along, tangent), rest, about};
 }
 
 /// What a contact gets along its tangents, beside its normal impulse.

@@ -1,7 +1,8 @@
 // Adds what contacts and joints gave in a sub-step to what they gave before it in the step: what users are told as the
 // impulses of a step. Normals, tangents and axes differ from one sub-step to the next, so that sums are vectors of the
 // world. The sums feed nothing that is simulated.
-//   contacts  r_n n + r_1 t_1 + r_2 t_2 on a; of pairs that share one friction patch, as it is spread over them
+//   contacts  r_n n + r_1 t_1 + r_2 t_2 on a; of pairs that share one friction patch, as it is spread over them,
+//             and evenly what that leaves: normals are solved behind friction, about another centre of pressure
 //   joints    sum r_i x_i on b and the moment of the locked rows about its anchor; the free row's impulse by itself
 // A wheel is pushed where it touches, a radius below its anchor.
 #pragma once
@@ -31,8 +32,10 @@ void sum_contacts(Buffers<real>& b, u32 substep, u32 block, u32 lane) {
     if (k < count) {
       const ContactBlock<real>& contact = b.contact_blocks[row];
       const ConeVector<real> own = impulse_of(b.impulse_blocks[row], lane);
-      impulse = impulse_world(contact_frame<real>(contact, lane),
-                              b.patch_blocks.empty() ? own : spread_to(spread, contact, lane, own.normal));
+      const ContactFrame<real> c = contact_frame<real>(contact, lane);
+      impulse = b.patch_blocks.empty()
+                    ? impulse_world(c, own)
+                    : add3(impulse_world(c, spread_to(spread, contact, lane, own.normal)), spread.rest);
     }
     ImpulseSumBlock<real>& sum = b.impulse_sums[row];
     add_to_sum(substep, impulse.x, sum.x[lane]);

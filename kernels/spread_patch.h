@@ -9,6 +9,7 @@
 
 typedef struct LaneSpread {
   Lane3 normal, centre, tangent;  // for a unit of normal impulse
+  Lane3 rest;                     // of the friction, for each contact: what these shares leave
   lane about;                     // of the twist, for a unit of normal impulse at a unit of distance
 } LaneSpread;
 
@@ -21,21 +22,27 @@ static inline LaneSpread spread_of(u32 first, u32 rows, lane_u32 count, global c
                                    global const ImpulseBlock* impulses, global const PatchBlock* patch,
                                    global const PatchImpulse* patch_impulse) {
   const LaneContact c = lane_patch(patch, first);
-  lane load = (lane)0, swing = (lane)0;
+  lane load = (lane)0, swing = (lane)0, points = (lane)0;
+  Lane3 drift = lane_make3((lane)0, (lane)0, (lane)0);
   for (u32 k = 0u; k < rows; ++k) {
     const Lane3 around = spread_around(first, contacts + k, c.normal, c.arm_a);
     const lane r = LANE_LOAD(impulses[k].normal + first);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     load = there ? load + r : load;
     swing = there ? swing + r * lane_dot3(around, around) : swing;
+    drift = lane_select3(there, lane_add3(drift, lane_scale3(r, around)), drift);
+    points = there ? points + (lane)1 : points;
   }
   const lane along = load > (lane)0 ? (lane)1 / load : (lane)0;
   LaneSpread spread;
   spread.normal = c.normal;
   spread.centre = c.arm_a;
   spread.about = swing > (lane)0 ? LANE_LOAD(patch_impulse->twist + first) / swing : (lane)0;
-  spread.tangent = lane_scale3(along, lane_add3(lane_scale3(LANE_LOAD(patch_impulse->tangent_1 + first), c.tangent_1),
-                                                lane_scale3(LANE_LOAD(patch_impulse->tangent_2 + first), c.tangent_2)));
+  const Lane3 tangent = lane_add3(lane_scale3(LANE_LOAD(patch_impulse->tangent_1 + first), c.tangent_1),
+                                  lane_scale3(LANE_LOAD(patch_impulse->tangent_2 + first), c.tangent_2));
+  const Lane3 left = lane_scale3(load > (lane)0 ? (lane)0 : (lane)1, tangent);
+  spread.tangent = lane_scale3(along, tangent);
+  spread.rest = lane_scale3((lane)1 / points, lane_sub3(left, lane_scale3(spread.about, drift)));
   return spread;
 }
 

@@ -34,7 +34,10 @@ kernel void sum_contact_impulses(global const BlockBodies* block_bodies, global 
 #else
       const LaneCone r = lane_impulse(impulse_blocks + row, first);
 #endif
-      const Lane3 impulse = lane_impulse_world(lane_contact(contact_blocks + row, first), r);
+      Lane3 impulse = lane_impulse_world(lane_contact(contact_blocks + row, first), r);
+#if FEATURE_PATCHES
+      impulse = lane_add3(impulse, spread.rest);
+#endif
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
       sum_add(params.substep, there ? impulse.x : (lane)0, impulse_sums[row].x + first);
       sum_add(params.substep, there ? impulse.y : (lane)0, impulse_sums[row].y + first);

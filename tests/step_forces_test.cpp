@@ -192,7 +192,8 @@ TEST_P(StepForces, OfAPendulum) {
       const double r = exact::length(middle), pull = mass * (-g * middle[2] / r + exact::dot(v, v) / r);
       const JointState state = swing.state(joint);
       const double told = kind == JOINT_BALL ? exact::dot(state.force, middle) / r : state.drive;
-      EXPECT_NEAR(std::abs(told), pull, 0.03 * mass * g) << kind << ", step " << i;
+      const double rough = GetParam().method.solver == Solver::accelerated_gradient ? 0.06 : 0.03;  // in float
+      EXPECT_NEAR(std::abs(told), pull, rough * mass * g) << kind << ", step " << i;
     }
   }
 }
@@ -284,7 +285,7 @@ TEST(ForcesSetting, SleepersTellWhatTheyLastCarriedForAsLong) {
     const JointHandle rope = world.add({.kind = JOINT_FIXED, .anchor_a = {3, 0, 2}, .anchor_b = {3, 0, 2}}, weight);
     for (u32 i = 0; i < 100; ++i) {
       world.step();
-      if (i < 10) continue;
+      if (i < 15) continue;
       EXPECT_NEAR(world.contact_force(box)[2], 2 * g, 2e-3 * g) << i;
       EXPECT_NEAR(world.state(rope).force[2], -4 * g, 2e-2 * g) << i << ", on the world";
     }
