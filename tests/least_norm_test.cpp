@@ -211,6 +211,15 @@ TEST(LeastNorm, IsWhatAlternatingProjectionsFind) {
   }
 }
 
+TEST(LeastNorm, ANormalThatFloatRoundedChangesNoSum) {
+  std::vector<SharedContact> feet = four_feet({1.5, 0.5, 0.5, 1.4}, {0.1, 0.2, 0}, 0.5);
+  for (SharedContact& foot : feet) foot.normal = Vector3d(1e-5, -1e-5, 1 + 1e-5);
+  std::vector<Vector3d> told;
+  for (const SharedContact& foot : feet) told.push_back(foot.impulse);
+  const Eigen::VectorXd change = sums_of(feet, least_norm_impulses(feet), 1) - sums_of(feet, told, 1);
+  EXPECT_LT(change.lpNorm<Eigen::Infinity>(), 1e-12);
+}
+
 // ---- in a world
 
 std::vector<SharedContact> shared(std::span<const BodyContact> contacts, World& world) {

@@ -109,9 +109,9 @@ class Problem {
   bool is_analyzed_ = false;
 };
 
-// Normal, tangent along the axis of anisotropy, tangent across it.
+// Normal, tangent along the axis of anisotropy, tangent across it: orthonormal, whatever float made of the normal.
 Matrix3d axes_of(const SharedContact& contact) {
-  const Vector3d& n = contact.normal;
+  const Vector3d n = contact.normal.normalized();
   const Vector3d in_plane = contact.axis - n.dot(contact.axis) * n;
   const Vector3d along = in_plane.norm() < least_axis ? n.unitOrthogonal() : in_plane.normalized();
   Matrix3d axes;
