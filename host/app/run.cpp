@@ -269,7 +269,8 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   report.verdict.unsolved = simulation.unsolved();
-  report.sensors = sensor_readings(worlds, simulation.backend(), simulation.params(), simulation.counters());
+  report.sensors = sensor_readings(worlds, simulation.backend(), simulation.params(), simulation.counters(),
+                                   simulation.has_stepped());
   report.has_tolerance = oracle || has(simulation.backend().features(), Feature::tolerance);
   return {report, simulation.world_hashes()};
 }

@@ -18,7 +18,7 @@ SensorReading joint_reading(const SensorDescription& sensor, const ToldJoint<rea
 
 template <class real>
 std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backend<real>& backend,
-                                           const StepParams<real>& params, const Counters& counters) {
+                                           const StepParams<real>& params, const Counters& counters, bool has_stepped) {
   const std::vector<SensorDescription>& sensors = worlds[0].sensors;
   if (sensors.empty()) return {};
   std::vector<ToldContact> contacts;
@@ -33,15 +33,16 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
   const double time = told_time(worlds[0]);
   std::vector<SensorReading> readings;
   for (const SensorDescription& sensor : sensors)
-    readings.push_back(sensor.joint == NONE ? reading_of(sensor, contacts, centers[sensor.body], time)
-                                            : joint_reading(sensor, told_joint(backend, sensor.joint, true), params));
+    readings.push_back(sensor.joint == NONE
+                           ? reading_of(sensor, contacts, centers[sensor.body], time)
+                           : joint_reading(sensor, told_joint(backend, sensor.joint, has_stepped), params));
   return readings;
 }
 
 #define INSTANTIATE(real)                                                                                              \
   template SensorReading joint_reading(const SensorDescription&, const ToldJoint<real>&, const StepParams<real>&);     \
   template std::vector<SensorReading> sensor_readings(std::span<const Scene>, Backend<real>&, const StepParams<real>&, \
-                                                      const Counters&);
+                                                      const Counters&, bool);
 INSTANTIATE(float)
 INSTANTIATE(double)
 #undef INSTANTIATE

@@ -10,10 +10,11 @@
 
 namespace lockstep {
 
-/// Of the first of the worlds that the backend simulates, after a step with these parameters and counters.
+/// Of the first of the worlds that the backend simulates, after a step with these parameters and counters; a run that
+/// is resumed may not have stepped.
 template <class real>
 std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backend<real>& backend,
-                                           const StepParams<real>& params, const Counters& counters);
+                                           const StepParams<real>& params, const Counters& counters, bool has_stepped);
 
 /// The force and the torque of a joint (host/report/joint_wrench.hpp).
 template <class real>
