@@ -88,7 +88,7 @@ void expect_momentum_is_summed(InitialState<real> state, double rounding) {
 
 TYPED_TEST(SumImpulses, AreTheMomentumThatBodiesGet) {
   using real = TypeParam;
-  const double rounding = sizeof(real) == 4 ? 2e-5 : 1e-13;
+  const double rounding = sizeof(real) == 4 ? 1e-4 : 1e-13;
   expect_momentum_is_summed(heap<real>(5, 60, 4096), rounding);
   InitialState<real> jacobi = heap<real>(6, 60, 4096);
   use_jacobi(jacobi);
