@@ -120,7 +120,7 @@ void add_records(py::module_& module) {
       .def_readonly("angle", &JointState::angle, "The same of turning, rad.");
 
   py::class_<SensorReading>(module, "SensorReading", "What a sensor reads of the last step (docs/forces.md).")
-      .def_readonly("name", &SensorReading::name)
+      .def_readonly("name", &SensorReading::name, "Of the sensor in the scene.")
       .def_property_readonly(
           "kind", [](const SensorReading& reading) { return name_of(reading.kind); }, "'force', 'torque' or 'touch'.")
       .def_property_readonly(

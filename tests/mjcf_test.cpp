@@ -195,13 +195,13 @@ TEST_F(Mjcf, JointsRotateAboutTheirOwnAnchor) {
 // A ball 1 m out on an arm that has swung through falls back; a spring of three revolutions holds it there against
 // that.
 TEST_F(Mjcf, AnglesCountRevolutions) {
-  const Scene limited =
-      world(R"(<body name="a"><joint name="j" axis="0 0 1" range="-400 700"/>)" + unit_ball + "</body>");
+  const Scene limited = mjcf(R"(<worldbody><body name="a"><joint name="j" axis="0 0 1" range="-400 700"/>)" +
+                             unit_ball + "</body></worldbody>");
   EXPECT_NEAR(limited.joints.at(0).low, -400 * exact::pi / 180, 1e-14);
   EXPECT_NEAR(limited.joints.at(0).high, 700 * exact::pi / 180, 1e-14);
-  const Scene sprung = world(R"(<body name="a"><joint name="j" axis="0 0 1" stiffness="100" damping="20"
+  const Scene sprung = mjcf(R"(<worldbody><body name="a"><joint name="j" axis="0 0 1" stiffness="100" damping="20"
       springref="1080"/>)" + unit_ball +
-                             "</body>");
+                            "</body></worldbody>");
   EXPECT_NEAR(joint_after(sprung, 4000, "j").coordinate, 6 * exact::pi, 1e-6);
 }
 
