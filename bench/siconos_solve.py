@@ -2,7 +2,8 @@
 """Solves a frictional contact problem in a text file with Siconos (Debian: python3-siconos).
     bench/siconos_solve.py PROBLEM.dat nsgs|admm|nsn_ac TOLERANCE IMPULSES
 Writes the impulses, one number a line, normal and two tangents of each contact, and prints a line: 1 where it was solved,
-iterations, Siconos's own error (the natural map over |q|), seconds."""
+iterations, Siconos's own error (the natural map over the largest of |q|, |r| and |u|),
+seconds."""
 import sys
 import time
 

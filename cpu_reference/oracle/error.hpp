@@ -2,8 +2,8 @@
 // FCLIB, Siconos and the literature. With F the natural map of cone/cone.hpp:
 //   residual       rms(w) / U, w_i = |F_i(rho_i)| / rho_i, rho_i = 1 / lambda_max(W_ii), U = rms|q| (else rms|W r|);
 //                  a block of rows of joints counts with |V^T r + R l + s|
-//   natural_map    |F(1)| / |q|: what Siconos reports, and Acary, Bremond, Huber (2018), eq. 6.1
-//   natural_largest  |F(1)| / max(|q|, |r|, |u|)
+//   natural_map    |F(1)| / |q|: Acary, Bremond, Huber (2018), eq. 6.1
+//   natural_largest  |F(1)| / max(|q|, |r|, |u|): what Siconos 4.4 reports
 //   alart_curnier  |Phi| / |q|, Phi_n = r_n - max(0, r_n - u_n), Phi_t = r_t - P_D(mu max(0, r_n - u_n))(r_t - u_t)
 //   jean_moreau    the same with P_D(mu max(0, r_n))
 //   merit_1        |F(1)| / (1 + sqrt|q|) + |V^T r + R l + s| / (1 + |s|), as FCLIB computes it
