@@ -145,10 +145,19 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
     const Spring& spring = laws_.springs[i];
     const Index row = closed + Index(i);
-    const double x = coordinate_from(spring.joint);
-    if (weight == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
-    s[row] += weight * spring.rate * (x - spring.rest);
-    r(row, row) += weight * spring.compliance;
+    const double above = coordinate_from(spring.joint) - spring.rest;
+    double bias = spring.rate * above, compliance = spring.compliance;
+    if (start_.theta == 0.5) {
+      // in the mean rate a damper of the velocity (1 - t) u + t u' has 2 t of its h c, and (1 - 2 t) of it in u
+      const double before = velocity(bilateral_rows_[std::size_t(row)], old_twists_);
+      const double damper = (1 - 0.5 * start_.dt * spring.rate) / spring.compliance, z = damper * r(row, row);
+      const double stiffer = damper * z / (z + 6);
+      compliance = 1 / (1 / spring.compliance + stiffer);
+      bias = compliance * (bias / spring.compliance - stiffer * before);
+      s[row] += before;
+    }
+    s[row] += weight * bias;
+    r(row, row) += weight * compliance;
   }
   bilateral_ = BilateralRows(r, unheld);
   push({}, {}, bilateral_.response(s));

@@ -34,7 +34,7 @@ struct Closure {
 };
 
 /// u + rate (x - rest) + compliance r = 0 of the acting coordinate x at the start and its rate u, at theta 1/2 the mean
-/// one.
+/// one; a damper then takes the velocity that cpu_reference/prepare_joints.hpp gives it.
 struct Spring {
   std::size_t joint = 0;
   double rate = 0, rest = 0, compliance = 0;
