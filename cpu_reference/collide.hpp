@@ -124,11 +124,11 @@ Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real
 }
 
 template <class real>
-bool collide_in_range(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
-                      const Side<real>& b, Vec3<real> offset_ab, real time_left) {
+bool collide_in_range(const Manifold<real>& m, u32 k, const Side<real>& a, const Side<real>& b, Vec3<real> offset_ab,
+                      real margin, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
   const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
-  return gap_at(m, k) <= collide_margin(params, a, b) + time_left * speed;
+  return gap_at(m, k) <= margin + time_left * speed;
 }
 
 /// Puts one more point into a list that is ordered by feature.
@@ -146,10 +146,11 @@ template <class real>
 Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, const Side<real>& a, const Side<real>& b,
                             real time_left) {
   const Vec3<real> offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
+  const real margin = collide_margin(params, a, b);
   const u32 found = m.count;
   m.count = 0;
   for (u32 k = 0; k < found; ++k) {
-    if (collide_in_range(params, m, k, a, b, offset_ab, time_left)) m = collide_insert(m, m.points[k]);
+    if (collide_in_range(m, k, a, b, offset_ab, margin, time_left)) m = collide_insert(m, m.points[k]);
   }
   for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;

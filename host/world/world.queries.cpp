@@ -1,4 +1,5 @@
 // What is in a world, between two steps.
+#include "host/scene/sensors.hpp"
 #include "host/world/impl.hpp"
 
 namespace lockstep {
@@ -36,8 +37,7 @@ Vector3 World::contact_force(BodyHandle body, std::optional<u32> shape) {
     if (contact.a == body && (!shape || contact.shape_a == *shape)) impulse = exact::add(impulse, contact.impulse);
     if (contact.b == body && (!shape || contact.shape_b == *shape)) impulse = exact::subtract(impulse, contact.impulse);
   }
-  const bool of_step = wants_step_forces(impl_->scene);
-  return exact::scale(1 / (of_step ? time_step() : substep_length()), impulse);
+  return exact::scale(1 / told_time(impl_->scene), impulse);
 }
 
 std::span<const BodyEvent> World::events() {
