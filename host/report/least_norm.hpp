@@ -21,13 +21,13 @@ struct SharedContact {
 /// Of all r_i in the cones of their contacts with the sums of the r_i and of their moments on each body, those with the
 /// least sum of squares:
 ///
-///   min 1/2 sum |r_i|^2,   G r = G r(told),   r_i in K_i = { r_n >= 0, (r_1 / mu_1)^2 + (r_2 / mu_2)^2 <= r_n^2 }.
+///   min 1/2 sum |r_i|^2,   G r = G r(reported),   r_i in K_i = { r_n >= 0, (r_1 / mu_1)^2 + (r_2 / mu_2)^2 <= r_n^2 }.
 ///
 /// K_i is widened to the told impulse where that is outside of it. By the dual of the projection on an affine set and a
 /// cone (Henrion and Malick 2012, "Projection methods in conic optimization", section 3), r_i = P_Ki(G_i^T l) at the
-/// minimum over l of 1/2 sum |P_Ki(G_i^T l)|^2 - l . G r(told), found by proximal steps in l, each by Newton's method
-/// (semismooth: P_K is piecewise smooth), for each set of bodies that contacts join. Where rounding keeps the sums from
-/// being met to 1e-9 the told impulses of a set stay.
+/// minimum over l of 1/2 sum |P_Ki(G_i^T l)|^2 - l . G r(reported), found by proximal steps in l, each by Newton's
+/// method (semismooth: P_K is piecewise smooth), for each set of bodies that contacts join. Where rounding keeps the
+/// sums from being met to 1e-9 the told impulses of a set stay.
 std::vector<Eigen::Vector3d> least_norm_impulses(std::span<const SharedContact> contacts);
 
 }  // namespace lockstep

@@ -70,14 +70,14 @@ void validate_sensors(const Scene& scene) {
       throw Error(Failure::input, "sensor " + quote(sensors[i].name), fault);
 }
 
-SensorReading reading_of(const SensorDescription& sensor, std::span<const ToldContact> contacts, const Vector3& center,
-                         double time) {
+SensorReading reading_of(const SensorDescription& sensor, std::span<const ReportedContact> contacts,
+                         const Vector3& center, double time) {
   Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
   double touch = 0;
   const auto is_measured = [&](const DescribedShape& side) {
     return side.body == sensor.body && (!sensor.shape || side.shape == *sensor.shape);
   };
-  for (const ToldContact& contact : contacts) {
+  for (const ReportedContact& contact : contacts) {
     const bool is_a = is_measured(contact.a);
     if (!is_a && !is_measured(contact.b)) continue;
     const Vector3 on_body = exact::scale((is_a ? 1 : -1) / time, contact.impulse);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "host/scene/json_node.hpp"
+#include "host/scene/reported_contact.hpp"
 #include "host/scene/scene.hpp"
-#include "host/scene/told_contact.hpp"
 
 namespace lockstep {
 
@@ -20,13 +20,13 @@ void validate_sensors(const Scene& scene);
 
 /// What a sensor of a body or a shape reads of contacts that gave their impulses within `time`, s; `center` is the
 /// body's centre of mass, m.
-SensorReading reading_of(const SensorDescription& sensor, std::span<const ToldContact> contacts, const Vector3& center,
-                         double time);
+SensorReading reading_of(const SensorDescription& sensor, std::span<const ReportedContact> contacts,
+                         const Vector3& center, double time);
 /// What a sensor of a joint reads of its force and torque, N and N m.
 SensorReading reading_of(const SensorDescription& sensor, const Vector3& force, const Vector3& torque);
 
 /// The time in which contacts and joints gave the impulses that they tell, s: a step, or a sub-step.
-inline double told_time(const Scene& scene) {
+inline double impulse_time(const Scene& scene) {
   return wants_step_forces(scene) ? scene.settings.dt : scene.settings.dt / substeps_of(scene.settings);
 }
 

@@ -6,7 +6,7 @@
 
 #include "host/backends/backend.hpp"
 #include "host/scene/scene.hpp"
-#include "host/steppers/told_joint.hpp"
+#include "host/steppers/joint_source.hpp"
 
 namespace lockstep {
 
@@ -18,7 +18,7 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
 
 /// The force and the torque of a joint (host/report/joint_wrench.hpp).
 template <class real>
-SensorReading joint_reading(const SensorDescription& sensor, const ToldJoint<real>& told,
+SensorReading joint_reading(const SensorDescription& sensor, const JointSource<real>& source,
                             const StepParams<real>& params);
 
 }  // namespace lockstep

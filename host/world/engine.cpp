@@ -17,9 +17,9 @@
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/measure_backend.hpp"
+#include "host/steppers/reported_contacts.hpp"
 #include "host/steppers/sensors.hpp"
 #include "host/steppers/stepper.hpp"
-#include "host/steppers/told_contacts.hpp"
 #include "host/world/angular_velocity.hpp"
 #include "host/world/migrate_state.hpp"
 
@@ -114,9 +114,9 @@ class EngineOf final : public Engine {
     return asleep;
   }
 
-  std::vector<ToldContact> contacts() override {
-    return told_contacts<real>(simulation_->backend(), simulation_->params(), simulation_->counters(),
-                               constants_.buffers.shape_infos, described_);
+  std::vector<ReportedContact> contacts() override {
+    return reported_contacts<real>(simulation_->backend(), simulation_->params(), simulation_->counters(),
+                                   constants_.buffers.shape_infos, described_);
   }
 
   std::vector<EngineEvent> events() override { return without_worlds(simulation_->events(groups_)); }
@@ -146,8 +146,8 @@ class EngineOf final : public Engine {
 
   JointState joint_state(u32 joint) override;
   SensorReading joint_reading(const SensorDescription& sensor) override {
-    return lockstep::joint_reading(sensor, told_joint(simulation_->backend(), sensor.joint, simulation_->has_stepped()),
-                                   simulation_->params());
+    return lockstep::joint_reading(
+        sensor, joint_source(simulation_->backend(), sensor.joint, simulation_->has_stepped()), simulation_->params());
   }
   StepErrors errors() override;
 
@@ -326,8 +326,8 @@ void EngineOf<real>::step(const ItemNamer& name) {
 
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const ToldJoint<real> told = told_joint(simulation_->backend(), joint, simulation_->has_stepped());
-  const JointMeasures of = measure_joint(told.buffers, simulation_->params(), joint, told.impulses);
+  const JointSource<real> source = joint_source(simulation_->backend(), joint, simulation_->has_stepped());
+  const JointMeasures of = measure_joint(source.buffers, simulation_->params(), joint, source.impulses);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
 

@@ -8,8 +8,8 @@
 
 #include "host/item_error.hpp"
 #include "host/scene/event_groups.hpp"
+#include "host/scene/reported_contact.hpp"
 #include "host/scene/suspicions.hpp"
-#include "host/scene/told_contact.hpp"
 #include "host/simulation.hpp"
 #include "host/world/migrate_state.hpp"
 #include "include/lockstep/world.hpp"
@@ -59,7 +59,7 @@ class Engine {
   virtual std::vector<Twist> velocities() = 0;
   /// Of each body, whether it sleeps.
   virtual std::vector<bool> asleep() = 0;
-  virtual std::vector<ToldContact> contacts() = 0;
+  virtual std::vector<ReportedContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
   /// Of the touches that end because `next`, which was made after it, knows them no more.
   virtual std::vector<EngineEvent> ends(const IndexMap& index_map, const Engine& next) = 0;

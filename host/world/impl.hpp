@@ -163,7 +163,7 @@ struct World::Impl {
   void keep_contacts_and_events() {
     if (std::exchange(kept, true)) return;
     contacts.clear();
-    for (const ToldContact& contact : engine->contacts())
+    for (const ReportedContact& contact : engine->contacts())
       contacts.push_back({stepped[contact.a.body], stepped[contact.b.body], contact.a.shape, contact.b.shape,
                           contact.point, contact.normal, contact.impulse, triangle_of(contact.a),
                           triangle_of(contact.b), contact.gap});

@@ -37,7 +37,7 @@ Vector3 World::contact_force(BodyHandle body, std::optional<u32> shape) {
     if (contact.a == body && (!shape || contact.shape_a == *shape)) impulse = exact::add(impulse, contact.impulse);
     if (contact.b == body && (!shape || contact.shape_b == *shape)) impulse = exact::subtract(impulse, contact.impulse);
   }
-  return exact::scale(1 / told_time(impl_->scene), impulse);
+  return exact::scale(1 / impulse_time(impl_->scene), impulse);
 }
 
 std::span<const BodyEvent> World::events() {

@@ -21,11 +21,11 @@ SensorReading World::Impl::reading(const SensorDescription& sensor) {
   const auto side = [&](BodyHandle body, u32 shape) {
     return DescribedShape{bodies.contains(body) ? bodies.index(body) : NONE, shape};
   };
-  std::vector<ToldContact> told;
+  std::vector<ReportedContact> told;
   for (const BodyContact& contact : contacts)
     told.push_back({0, side(contact.a, contact.shape_a), side(contact.b, contact.shape_b), contact.point,
                     contact.normal, contact.impulse});
-  return reading_of(sensor, told, current_poses()[sensor.body].position, told_time(scene));
+  return reading_of(sensor, told, current_poses()[sensor.body].position, impulse_time(scene));
 }
 
 std::vector<SensorReading> World::sensors() {

@@ -281,9 +281,9 @@ class World {
   Vector3 contact_force(BodyHandle body, std::optional<u32> shape = {});
   /// contacts(), in their order, with the impulses of least norm that do the same: where several points carry a body,
   /// mechanics does not say how they share the load, and what contacts() tells depends on the solver. Of all r_i in the
-  /// cones of friction with sum_i G_i r_i = sum_i G_i r_i(told), G_i being force and moment on each dynamic body, that
-  /// with the least sum_i |r_i|^2, to 1e-9: unique, and as symmetric as the contacts are. The formula, and what counts
-  /// as a contact that can carry: docs/forces.md. Computed on the host in double; changes nothing.
+  /// cones of friction with sum_i G_i r_i = sum_i G_i r_i(reported), G_i being force and moment on each dynamic body,
+  /// that with the least sum_i |r_i|^2, to 1e-9: unique, and as symmetric as the contacts are. The formula, and what
+  /// counts as a contact that can carry: docs/forces.md. Computed on the host in double; changes nothing.
   std::vector<BodyContact> least_norm_contacts();
   /// What the sensors of the scene read of the last step, in their order. Those of bodies and joints that were removed
   /// are gone with them.

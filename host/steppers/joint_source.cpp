@@ -1,11 +1,11 @@
-#include "host/steppers/told_joint.hpp"
+#include "host/steppers/joint_source.hpp"
 
 #include "host/sleepers.hpp"
 
 namespace lockstep {
 
 template <class real>
-ToldJoint<real> told_joint(Backend<real>& backend, u32 joint, bool has_stepped) {
+JointSource<real> joint_source(Backend<real>& backend, u32 joint, bool has_stepped) {
   const Features features = backend.features();
   const bool sums = has_stepped && has(features, Feature::summed_joints);
   std::vector<Buffer> wanted = {Buffer::positions,   Buffer::orientations,  Buffer::motions,
@@ -21,7 +21,7 @@ ToldJoint<real> told_joint(Backend<real>& backend, u32 joint, bool has_stepped) 
   return {b, sums && !rests ? ImpulsesOf::step : ImpulsesOf::last_substep};
 }
 
-template ToldJoint<float> told_joint(Backend<float>&, u32, bool);
-template ToldJoint<double> told_joint(Backend<double>&, u32, bool);
+template JointSource<float> joint_source(Backend<float>&, u32, bool);
+template JointSource<double> joint_source(Backend<double>&, u32, bool);
 
 }  // namespace lockstep

@@ -1,11 +1,11 @@
-// A contact as it is told after a step.
+// A contact as it is reported after a step.
 #pragma once
 
 #include "host/scene/described_shapes.hpp"
 
 namespace lockstep {
 
-struct ToldContact {
+struct ReportedContact {
   u32 world;
   DescribedShape a, b;
   Vector3 point;    // on the surface of a, m, world frame

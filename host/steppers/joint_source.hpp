@@ -1,4 +1,4 @@
-// What a joint is told from after a step, wherever it was computed.
+// What a joint is measured from after a step, wherever it was computed.
 #pragma once
 
 #include "host/backends/backend.hpp"
@@ -7,7 +7,7 @@
 namespace lockstep {
 
 template <class real>
-struct ToldJoint {
+struct JointSource {
   const Buffers<real>& buffers;  // what measure_joint() reads
   ImpulsesOf impulses;
 };
@@ -15,6 +15,6 @@ struct ToldJoint {
 /// Of the step where the scene keeps the sums; of the last sub-step where it does not, of a joint that sleeps, and of
 /// all where the backend has not stepped: what lives on is known of them alone.
 template <class real>
-ToldJoint<real> told_joint(Backend<real>& backend, u32 joint, bool has_stepped);
+JointSource<real> joint_source(Backend<real>& backend, u32 joint, bool has_stepped);
 
 }  // namespace lockstep

@@ -1,4 +1,4 @@
-#include "host/steppers/told_contacts.hpp"
+#include "host/steppers/reported_contacts.hpp"
 
 #include <tuple>
 
@@ -14,8 +14,9 @@ Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 // Both lists are in order, and a contact whose bodies fell asleep in this step is in both.
 template <class real>
-std::vector<ToldContact> told_contacts(Backend<real>& backend, const StepParams<real>& params, const Counters& counters,
-                                       std::span<const ShapeInfo> shapes, const DescribedShapes& described) {
+std::vector<ReportedContact> reported_contacts(Backend<real>& backend, const StepParams<real>& params,
+                                               const Counters& counters, std::span<const ShapeInfo> shapes,
+                                               const DescribedShapes& described) {
   if (!has(backend.features(), Feature::contacts)) return {};
   const bool sleeping = has(backend.features(), Feature::sleeping);
   std::vector<Buffer> wanted;
@@ -24,7 +25,7 @@ std::vector<ToldContact> told_contacts(Backend<real>& backend, const StepParams<
     wanted.insert(wanted.end(),
                   {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
   const Buffers<real>& b = backend.download(wanted);
-  std::vector<ToldContact> contacts;
+  std::vector<ReportedContact> contacts;
   const auto add = [&](const auto& contact, const ContactGeometry& geometry, const Eigen::Vector3d& impulse) {
     const u32 world = described.world_of(described.description_of(contact.shape_a));
     contacts.push_back({world, described[contact.shape_a], described[contact.shape_b], vector(geometry.point()),
@@ -51,9 +52,9 @@ std::vector<ToldContact> told_contacts(Backend<real>& backend, const StepParams<
   return contacts;
 }
 
-#define INSTANTIATE(real)                                                                                   \
-  template std::vector<ToldContact> told_contacts(Backend<real>&, const StepParams<real>&, const Counters&, \
-                                                  std::span<const ShapeInfo>, const DescribedShapes&);
+#define INSTANTIATE(real)                                                                                           \
+  template std::vector<ReportedContact> reported_contacts(Backend<real>&, const StepParams<real>&, const Counters&, \
+                                                          std::span<const ShapeInfo>, const DescribedShapes&);
 INSTANTIATE(float)
 INSTANTIATE(double)
 #undef INSTANTIATE
