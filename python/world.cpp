@@ -217,10 +217,15 @@ void add_time(WorldClass& world) {
           "(docs/when_it_looks_wrong.md);\n"
           "the first step() warns of each. Nothing once it has been stepped.")
       .def(
-          "record", [](SharedWorld& shared, const std::string& path) { shared.use().record(path); }, py::arg("path"),
+          "record",
+          [](SharedWorld& shared, const std::string& path, bool forces) {
+            shared.use().record(path, forces ? RecordedData::motion_and_forces : RecordedData::motion);
+          },
+          py::arg("path"), py::arg("forces") = false,
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "
           "draws\n"
-          "(docs/recordings.md). When bodies come and go, and from the first force on, run.h5 goes on in run.2.h5.")
+          "(docs/recordings.md), with forces=True also the force of each contact and joint. When bodies come and go, "
+          "and from the first force on, run.h5 goes on in run.2.h5.")
       .def(
           "end_recording", [](SharedWorld& shared) { shared.use().end_recording(); },
           "Closes the recording, as the end of the world does.");

@@ -31,7 +31,9 @@ class Verify : public CommandLine {
   std::string recorded() {
     const fs::path path = file("x.h5");
     if (!fs::exists(path)) {
-      EXPECT_EQ(run("run rag_doll --steps 20 --quiet --device reference --record " + path.string()).status, 0);
+      EXPECT_EQ(
+          run("run rag_doll --steps 20 --quiet --device reference --record-forces --record " + path.string()).status,
+          0);
     }
     return path.string();
   }
@@ -63,6 +65,16 @@ TEST_F(Verify, FindsAMotionThatWasMoved) {
     for (float& x : of) x += 7;
   });
   expect_found(outcome, "step 0: positions[0] word 0: recorded ");
+}
+
+TEST_F(Verify, FindsAForceThatWasChanged) {
+  expect_found(after_change<ContactForceRow>("contact_forces", contact_force_row_type(),
+                                             [](auto& rows) { rows.at(0).force[2] *= 1.5; }),
+               "step ");
+  const Outcome joints = after_change<double>("joint_forces", H5T_NATIVE_DOUBLE, [](std::vector<double>& of) {
+    of[of.size() / 20 * 7 + 2] += 1;  // after the eighth step, of the first joint
+  });
+  expect_found(joints, "step 7: joint_forces[0] force: recorded ");
 }
 
 TEST_F(Verify, FindsWhatElseIsStored) {

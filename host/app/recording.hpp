@@ -11,6 +11,6 @@ namespace lockstep::app {
 template <class real>
 std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, const Scene& scene,
                                                       const std::string& device, const DeviceOptions& options,
-                                                      const InitialState<real>& start);
+                                                      const InitialState<real>& start, bool forces);
 
 }  // namespace lockstep::app

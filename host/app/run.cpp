@@ -34,6 +34,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
+  bool record_forces = false;
   bool is_first = true;  // of the ranks
 };
 
@@ -237,7 +238,8 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
   Interrupt::defer();  // from here on there is something to keep
-  const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
+  const auto recording =
+      make_recording(options.record, scene, report.device, options.device_options, state, options.record_forces);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
@@ -285,6 +287,7 @@ Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   if (is_shared && is_oracle(scene.settings.solver))
     throw Error(Failure::input, "--solver",
                 "an oracle solves one world; leave out --worlds, and run it without mpirun");
+  if (options.record_forces && scene.settings.forces == Forces::automatic) scene.settings.forces = Forces::step;
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
   Outcome outcome;
@@ -351,6 +354,10 @@ void add_run(CLI::App& program) {
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write contact and trigger events to this file as JSON Lines");
   command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
+  command
+      ->add_flag("--record-forces", options->record_forces,
+                 "Record the force of each contact and joint in it, too (docs/recordings.md)")
+      ->needs("--record");
   command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");

@@ -14,6 +14,7 @@ void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation,
   Backend<real>& backend = simulation.backend();
   backend.run(Stage::hash_state, simulation.params());
   const Counters& counters = simulation.counters();
+  if (recording.has_forces()) recording.add(recorded_forces(simulation));
   recording.add(StepRow{simulation.steps_done(), counters[COUNTER_PAIRS], counters[COUNTER_CONTACTS],
                         simulation.redone(), milliseconds},
                 backend.download(RecordingWriter<real>::wanted()));

@@ -40,8 +40,25 @@ struct MeasureRow {
   double joint_drift_m = 0, joint_angle_rad = 0;
 };
 
-/// Whether a recording has a table of what is done to bodies from outside.
-enum class Inputs { none, recorded };
+/// A row of `contact_forces`: what a contact does to body a. World frame, SI units.
+struct ContactForceRow {
+  u32 body_a = 0, body_b = 0, shape_a = 0, shape_b = 0;  // as in compiled_scene
+  double gap = 0;                                        // m, < 0 of overlap
+  double point[3] = {0, 0, 0}, normal[3] = {0, 0, 0};    // from b to a
+  double force[3] = {0, 0, 0};  // N, friction with it: the mean of the time of the setting `forces`
+};
+
+/// What `joint_forces` has of a joint: what it does to its second body, world frame.
+struct JointForceRow {
+  double force[3] = {0, 0, 0}, torque[3] = {0, 0, 0};  // of what it locks, at and about that one's anchor, N and N m
+  double drive = 0;                                    // of motor, friction, limits or spring, N or N m
+};
+
+/// What a recording has beside the motion.
+struct Recorded {
+  bool inputs = false;  // what is done to bodies from outside
+  bool forces = false;  // of contacts and joints
+};
 
 enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3, gravity = 4 };
 

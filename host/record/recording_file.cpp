@@ -16,7 +16,7 @@ namespace {
 
 // Bodies times steps of a batch: a few hundred kilobytes of each table.
 constexpr std::size_t batch_bodies = 1u << 16, longest_batch = 64;
-constexpr hsize_t input_chunk = 256;
+constexpr hsize_t input_chunk = 256, contact_chunk = 4096;
 // What is written at the end takes the place of this in the file.
 constexpr const char* running = "running";
 constexpr std::size_t outcome_length = 512;
@@ -81,25 +81,38 @@ void Batch<real>::clear() {
   motions.clear();
   measures.clear();
   inputs.clear();
+  contact_ends.clear();
+  contact_forces.clear();
+  joint_forces.clear();
 }
 
 template <class real>
 RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel& label,
-                                   const InitialState<real>& start, Inputs inputs)
+                                   const InitialState<real>& start, const Recorded& recorded)
     : unfinished_(path + ".part"),
       file_(create(unfinished_.path)),
       bodies_(start.sizes.bodies),
-      batch_steps_(std::clamp<std::size_t>(batch_bodies / bodies_, 1, longest_batch)) {
+      batch_steps_(std::clamp<std::size_t>(batch_bodies / bodies_, 1, longest_batch)),
+      has_contact_forces_(recorded.forces && has(start.features, Feature::contacts)),
+      has_joint_forces_(recorded.forces && has(start.features, Feature::joints)) {
   write_head(file_, label, start);
   const hsize_t worlds = start.sizes.worlds, bodies = bodies_;
   steps_ = GrowingRows(file_, "steps", step_row_type(), {}, batch_steps_);
   state_hashes_ = GrowingRows(file_, "state_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
   pose_hashes_ = GrowingRows(file_, "pose_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
   measures_ = GrowingRows(file_, "measures", measure_row_type(), {}, 1);
-  if (inputs == Inputs::recorded) inputs_ = GrowingRows(file_, "inputs", input_row_type(), {}, input_chunk);
+  if (recorded.inputs) inputs_ = GrowingRows(file_, "inputs", input_row_type(), {}, input_chunk);
   for (std::size_t i = 0; i < std::size(body_tables); ++i)
     tables_[i] =
         GrowingRows(file_, body_tables[i].name, h5::file_type<real>(), {bodies, body_tables[i].columns}, batch_steps_);
+  if (has_contact_forces_) {
+    contact_ends_ = GrowingRows(file_, "contact_ends", H5T_STD_U64LE, {}, batch_steps_);
+    contact_forces_ = GrowingRows(file_, "contact_forces", contact_force_row_type(), {}, contact_chunk);
+  }
+  if (has_joint_forces_) {
+    const hsize_t joints = start.sizes.joints;
+    joint_forces_ = GrowingRows(file_, "joint_forces", H5T_IEEE_F64LE, {joints, joint_force_columns}, batch_steps_);
+  }
   h5::check(H5Fstart_swmr_write(file_));
   unfinished_.rename_to(path);
 }
@@ -110,6 +123,7 @@ void RecordingFile<real>::write(const Batch<real>& batch) {
   write_bodies(batch);
   if (!batch.inputs.empty()) inputs_.append_any(batch.inputs.data(), batch.inputs.size());
   if (!batch.steps.empty()) {
+    write_forces(batch);
     state_hashes_.append(batch.state_hashes.data(), batch.steps.size(), packer_);
     pose_hashes_.append(batch.pose_hashes.data(), batch.steps.size(), packer_);
     steps_.append(batch.steps.data(), batch.steps.size(), packer_);
@@ -137,6 +151,16 @@ void RecordingFile<real>::write_bodies(const Batch<real>& batch) {
 }
 
 template <class real>
+void RecordingFile<real>::write_forces(const Batch<real>& batch) {
+  if (has_contact_forces_) {
+    if (!batch.contact_forces.empty())
+      contact_forces_.append_any(batch.contact_forces.data(), batch.contact_forces.size());
+    contact_ends_.append(batch.contact_ends.data(), batch.steps.size(), packer_);
+  }
+  if (has_joint_forces_) joint_forces_.append(batch.joint_forces.data(), batch.steps.size(), packer_);
+}
+
+template <class real>
 void RecordingFile<real>::close(const std::string& outcome) {
   {
     const h5::Handle attribute(H5Aopen(file_, "outcome", H5P_DEFAULT));
@@ -148,7 +172,9 @@ void RecordingFile<real>::close(const std::string& outcome) {
 
 template <class real>
 void RecordingFile<real>::abandon() {
-  for (GrowingRows* rows : {&steps_, &state_hashes_, &pose_hashes_, &measures_, &inputs_}) rows->abandon();
+  for (GrowingRows* rows :
+       {&steps_, &state_hashes_, &pose_hashes_, &measures_, &inputs_, &contact_ends_, &contact_forces_, &joint_forces_})
+    rows->abandon();
   for (GrowingRows& table : tables_) table.abandon();
   file_.release();
 }

@@ -16,6 +16,9 @@ struct Batch {
   std::vector<Motion<real>> motions;
   std::vector<MeasureRow> measures;
   std::vector<InputRow> inputs;
+  std::vector<std::uint64_t> contact_ends;  // of each step
+  std::vector<ContactForceRow> contact_forces;
+  std::vector<JointForceRow> joint_forces;  // of each step and joint
 
   void clear();
 };
@@ -34,7 +37,8 @@ struct UnfinishedFile {
 template <class real>
 class RecordingFile {
  public:
-  RecordingFile(const std::string& path, const RecordingLabel& label, const InitialState<real>& start, Inputs inputs);
+  RecordingFile(const std::string& path, const RecordingLabel& label, const InitialState<real>& start,
+                const Recorded& recorded);
 
   /// Steps of a full batch; only the last one may have fewer.
   std::size_t batch_steps() const { return batch_steps_; }
@@ -48,11 +52,13 @@ class RecordingFile {
 
  private:
   void write_bodies(const Batch<real>& batch);
+  void write_forces(const Batch<real>& batch);
 
   UnfinishedFile unfinished_;
   h5::Handle file_;
   std::size_t bodies_, batch_steps_;
-  GrowingRows steps_, state_hashes_, pose_hashes_, measures_, inputs_;
+  bool has_contact_forces_, has_joint_forces_;
+  GrowingRows steps_, state_hashes_, pose_hashes_, measures_, inputs_, contact_ends_, contact_forces_, joint_forces_;
   GrowingRows tables_[4];  // body_tables
   ChunkPacker packer_;
   std::vector<real> columns_;

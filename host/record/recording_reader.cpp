@@ -92,12 +92,12 @@ bool fits(const InputRow& row, const InitialState<real>& state) {
 
 RecordingReader::RecordingReader(const std::string& path)
     : path_(path), file_(reading(path, [&] { return open_file(path); })) {
-  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(), read_contact_ends(); });
 }
 
 RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std::string& path)
     : path_(path), file_(reading(path, [&] { return h5::open_image(bytes); })) {
-  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(), read_contact_ends(); });
 }
 
 void RecordingReader::read_head() {
@@ -193,6 +193,41 @@ void RecordingReader::read_measures() {
     if (!is_after || step != std::floor(step) || (step > last && outcome_ != "running"))
       throw h5::Failed("measures[" + std::to_string(i) + "] is of no step");
   }
+}
+
+// Of the rows of contact_forces, which are there before their ends are.
+void RecordingReader::read_contact_ends() {
+  if (!h5::has(file_, "contact_ends")) return;
+  contact_ends_ = read_table<std::uint64_t>(file_, "contact_ends", h5::Handle(H5Tcopy(H5T_STD_U64LE)));
+  if (contact_ends_.size() < steps()) throw h5::Failed("contact_ends is not all there");
+  contact_ends_.resize(steps());
+  const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_, "contact_forces"));
+  if (!std::ranges::is_sorted(contact_ends_) || extent.size() != 1 ||
+      (!contact_ends_.empty() && contact_ends_.back() > extent[0]))
+    throw h5::Failed("contact_ends makes no sense");
+}
+
+RecordedForces RecordingReader::forces(u32 row) const {
+  return reading(path_, [&] {
+    RecordedForces forces;
+    if (!contact_ends_.empty()) {
+      const std::uint64_t first = row == 0 ? 0 : contact_ends_[row - 1], count = contact_ends_[row] - first;
+      if (count > most_words / sizeof(ContactForceRow)) throw h5::Failed("contact_ends makes no sense");
+      const h5::Handle type = contact_force_row_type();
+      const h5::Handle dataset = open_table(file_, "contact_forces", type, {first + count});
+      forces.contacts.resize(count);
+      if (count > 0) read_rows(dataset, type, first, count, forces.contacts.data());
+    }
+    if (h5::has(file_, "joint_forces")) {
+      const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_, "joint_forces"));
+      if (extent.size() != 3 || extent[1] > most_words) throw h5::Failed("joint_forces is no table of joints");
+      const h5::Handle dataset =
+          open_table(file_, "joint_forces", H5T_IEEE_F64LE, {row + hsize_t{1}, extent[1], joint_force_columns});
+      forces.joints.resize(extent[1]);
+      read_rows(dataset, H5T_NATIVE_DOUBLE, row, 1, forces.joints.data());
+    }
+    return forces;
+  });
 }
 
 std::vector<std::uint64_t> RecordingReader::read_hashes(const char* name) const {

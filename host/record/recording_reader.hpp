@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/record/hdf5.hpp"
+#include "host/record/recorded_forces.hpp"
 #include "host/record/recording.hpp"
 #include "host/scene/compile.hpp"
 
@@ -46,6 +47,10 @@ class RecordingReader {
   /// Of the steps that the report measured, in order.
   const std::vector<MeasureRow>& measures() const { return measures_; }
 
+  /// Whether forces were recorded, and those of a row: what the step had of contacts and joints.
+  bool has_forces() const { return !contact_ends_.empty() || h5::has(file_, "joint_forces"); }
+  RecordedForces forces(u32 row) const;
+
   /// What the run began with. `real` must be the precision.
   template <class real>
   InitialState<real> start() const;
@@ -61,6 +66,7 @@ class RecordingReader {
   void read_inputs();
   bool restores(std::size_t input) const;
   void read_measures();
+  void read_contact_ends();
   std::vector<std::uint64_t> read_hashes(const char* name) const;
 
   std::string path_;
@@ -72,7 +78,7 @@ class RecordingReader {
   std::vector<StepRow> rows_;
   std::vector<InputRow> inputs_;
   std::vector<MeasureRow> measures_;
-  std::vector<std::uint64_t> state_hashes_, pose_hashes_;
+  std::vector<std::uint64_t> state_hashes_, pose_hashes_, contact_ends_;
 };
 
 }  // namespace lockstep

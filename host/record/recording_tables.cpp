@@ -24,6 +24,21 @@ h5::Handle measure_row_type() {
   return type;
 }
 
+h5::Handle contact_force_row_type() {
+  constexpr hsize_t three = 3;
+  const h5::Handle vector(H5Tarray_create2(H5T_IEEE_F64LE, 1, &three));
+  h5::Handle type(H5Tcreate(H5T_COMPOUND, sizeof(ContactForceRow)));
+  h5::check(H5Tinsert(type, "body_a", offsetof(ContactForceRow, body_a), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "body_b", offsetof(ContactForceRow, body_b), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "shape_a", offsetof(ContactForceRow, shape_a), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "shape_b", offsetof(ContactForceRow, shape_b), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "gap", offsetof(ContactForceRow, gap), H5T_IEEE_F64LE));
+  h5::check(H5Tinsert(type, "point", offsetof(ContactForceRow, point), vector));
+  h5::check(H5Tinsert(type, "normal", offsetof(ContactForceRow, normal), vector));
+  h5::check(H5Tinsert(type, "force", offsetof(ContactForceRow, force), vector));
+  return type;
+}
+
 h5::Handle input_row_type(u32 format) {
   constexpr hsize_t three = 3;
   const h5::Handle vector(H5Tarray_create2(H5T_IEEE_F64LE, 1, &three));

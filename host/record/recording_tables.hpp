@@ -9,6 +9,7 @@ namespace lockstep {
 /// The types of rows in files; they are laid out as in memory.
 h5::Handle step_row_type();
 h5::Handle measure_row_type();
+h5::Handle contact_force_row_type();
 /// Before restores_format `row` is "reserved".
 h5::Handle input_row_type(u32 format = recording_format);
 
@@ -26,6 +27,9 @@ inline constexpr MeasureColumn measure_columns[] = {{"step", &MeasureRow::step},
                                                     {"defect_velocity_max", &MeasureRow::defect_velocity_max},
                                                     {"joint_drift_m", &MeasureRow::joint_drift_m},
                                                     {"joint_angle_rad", &MeasureRow::joint_angle_rad}};
+
+/// Columns of `joint_forces`, rows (steps) x joints x columns, of double.
+inline constexpr hsize_t joint_force_columns = sizeof(JointForceRow) / sizeof(double);
 
 /// Columns of the tables of bodies, rows (steps) x bodies x columns.
 struct BodyTable {

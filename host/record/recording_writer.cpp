@@ -15,9 +15,10 @@ namespace lockstep {
 template <class real>
 class RecordingWriter<real>::Thread {
  public:
-  Thread(const std::string& path, const RecordingLabel& label, const InitialState<real>& start, Inputs inputs)
+  Thread(const std::string& path, const RecordingLabel& label, const InitialState<real>& start,
+         const Recorded& recorded)
       : path_(path),
-        file_(guarded([&] { return RecordingFile<real>(path, label, start, inputs); })),
+        file_(guarded([&] { return RecordingFile<real>(path, label, start, recorded); })),
         bodies_(start.sizes.bodies) {
     writes_ = true;
     thread_ = std::thread([this] { run(); });
@@ -38,6 +39,13 @@ class RecordingWriter<real>::Thread {
     append(filling_.orientations, buffers.orientations);
     append(filling_.motions, buffers.motions);
     if (filling_.steps.size() == file_.batch_steps()) hand_over();
+  }
+  void add(const RecordedForces& forces) {
+    const auto append = [](auto& all, const auto& rows) { all.insert(all.end(), rows.begin(), rows.end()); };
+    append(filling_.contact_forces, forces.contacts);
+    append(filling_.joint_forces, forces.joints);
+    contacts_ += forces.contacts.size();
+    filling_.contact_ends.push_back(contacts_);
   }
   void add(const MeasureRow& row) { filling_.measures.push_back(row); }
   void add(const InputRow& row) {
@@ -123,6 +131,7 @@ class RecordingWriter<real>::Thread {
   const std::ptrdiff_t bodies_;
   Batch<real> filling_, written_;
   RecordingPosition position_;
+  std::uint64_t contacts_ = 0;  // rows of contact_forces
   std::mutex mutex_;
   std::condition_variable changed_;
   bool busy_ = false, stopping_ = false;
@@ -132,8 +141,8 @@ class RecordingWriter<real>::Thread {
 
 template <class real>
 RecordingWriter<real>::RecordingWriter(const std::string& path, const RecordingLabel& label,
-                                       const InitialState<real>& start, Inputs inputs)
-    : thread_(std::make_unique<Thread>(path, label, start, inputs)) {}
+                                       const InitialState<real>& start, const Recorded& recorded)
+    : thread_(std::make_unique<Thread>(path, label, start, recorded)), has_forces_(recorded.forces) {}
 
 template <class real>
 RecordingWriter<real>::~RecordingWriter() {
@@ -152,6 +161,11 @@ std::span<const Buffer> RecordingWriter<real>::wanted() {
 template <class real>
 void RecordingWriter<real>::add(const StepRow& row, const Buffers<real>& buffers) {
   thread_->add(row, buffers);
+}
+
+template <class real>
+void RecordingWriter<real>::add(const RecordedForces& forces) {
+  thread_->add(forces);
 }
 
 template <class real>

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/record/recorded_forces.hpp"
 #include "host/record/recording.hpp"
 #include "host/scene/compile.hpp"
 
@@ -19,13 +20,16 @@ class RecordingWriter {
  public:
   /// `start` is what the simulation starts from. Replaces the file. Throws Error (device) where it cannot be written.
   RecordingWriter(const std::string& path, const RecordingLabel& label, const InitialState<real>& start,
-                  Inputs inputs = Inputs::none);
+                  const Recorded& recorded = {});
   /// Closes the recording; what went wrong then is lost.
   ~RecordingWriter();
 
   /// The buffers that add() wants, as they are after a step and after the stage hash_state.
   static std::span<const Buffer> wanted();
 
+  bool has_forces() const { return has_forces_; }
+  /// Of the step that is added next, where the recording has forces.
+  void add(const RecordedForces& forces);
   /// One more step. The writing is done by another thread; throws Error (device) where it failed.
   void add(const StepRow& row, const Buffers<real>& buffers);
   void add(const MeasureRow& row);
@@ -40,6 +44,7 @@ class RecordingWriter {
  private:
   class Thread;
   std::unique_ptr<Thread> thread_;
+  bool has_forces_;
 };
 
 }  // namespace lockstep

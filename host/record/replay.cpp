@@ -100,6 +100,8 @@ class Replay {
                        " here";
       if (!difference) difference = count_difference(simulation, row);
       if (!difference) difference = measure_difference(simulation, row);
+      if (!difference && recording_.has_forces())
+        difference = lockstep::difference(recording_.forces(row), recorded_forces(simulation));
       if (difference) refuse_stored(row, *difference);
       done(row + 1);
     }

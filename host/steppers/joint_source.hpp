@@ -12,9 +12,21 @@ struct JointSource {
   ImpulsesOf impulses;
 };
 
-/// Of the step where the scene keeps the sums; of the last sub-step where it does not, of a joint that sleeps, and of
-/// all where the backend has not stepped: what lives on is known of them alone.
+/// Of all joints, downloaded once.
 template <class real>
-JointSource<real> joint_source(Backend<real>& backend, u32 joint, bool has_stepped);
+class JointSources {
+ public:
+  JointSources(Backend<real>& backend, bool has_stepped);
+
+  u32 count() const { return static_cast<u32>(buffers_.joint_infos.size()); }
+
+  /// Of the step where the scene keeps the sums; of the last sub-step where it does not, of a joint that sleeps, and of
+  /// all where the backend has not stepped: what lives on is known of them alone.
+  JointSource<real> of(u32 joint) const;
+
+ private:
+  const Buffers<real>& buffers_;
+  bool sums_;
+};
 
 }  // namespace lockstep

@@ -2,8 +2,6 @@
 
 #include <tuple>
 
-#include "host/contact_geometry.hpp"
-
 namespace lockstep {
 
 namespace {
@@ -14,9 +12,8 @@ Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 // Both lists are in order, and a contact whose bodies fell asleep in this step is in both.
 template <class real>
-std::vector<ReportedContact> reported_contacts(Backend<real>& backend, const StepParams<real>& params,
-                                               const Counters& counters, std::span<const ShapeInfo> shapes,
-                                               const DescribedShapes& described) {
+std::vector<StepContact> step_contacts(Backend<real>& backend, const StepParams<real>& params, const Counters& counters,
+                                       std::span<const ShapeInfo> shapes) {
   if (!has(backend.features(), Feature::contacts)) return {};
   const bool sleeping = has(backend.features(), Feature::sleeping);
   std::vector<Buffer> wanted;
@@ -25,11 +22,10 @@ std::vector<ReportedContact> reported_contacts(Backend<real>& backend, const Ste
     wanted.insert(wanted.end(),
                   {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
   const Buffers<real>& b = backend.download(wanted);
-  std::vector<ReportedContact> contacts;
+  std::vector<StepContact> contacts;
   const auto add = [&](const auto& contact, const ContactGeometry& geometry, const Eigen::Vector3d& impulse) {
-    const u32 world = described.world_of(described.description_of(contact.shape_a));
-    contacts.push_back({world, described[contact.shape_a], described[contact.shape_b], vector(geometry.point()),
-                        vector(geometry.normal), vector(impulse), geometry.gap()});
+    contacts.push_back({shapes[contact.shape_a].body, shapes[contact.shape_b].body, contact.shape_a, contact.shape_b,
+                        geometry, impulse});
   };
   // what sleeps is at rest: in each sub-step of a step it would carry the same
   const double times = impulse_time(params, backend.features()) / double(params.dt);
@@ -52,7 +48,23 @@ std::vector<ReportedContact> reported_contacts(Backend<real>& backend, const Ste
   return contacts;
 }
 
+template <class real>
+std::vector<ReportedContact> reported_contacts(Backend<real>& backend, const StepParams<real>& params,
+                                               const Counters& counters, std::span<const ShapeInfo> shapes,
+                                               const DescribedShapes& described) {
+  std::vector<ReportedContact> contacts;
+  for (const StepContact& contact : step_contacts(backend, params, counters, shapes)) {
+    const u32 world = described.world_of(described.description_of(contact.shape_a));
+    const ContactGeometry& geometry = contact.geometry;
+    contacts.push_back({world, described[contact.shape_a], described[contact.shape_b], vector(geometry.point()),
+                        vector(geometry.normal), vector(contact.impulse), geometry.gap()});
+  }
+  return contacts;
+}
+
 #define INSTANTIATE(real)                                                                                           \
+  template std::vector<StepContact> step_contacts(Backend<real>&, const StepParams<real>&, const Counters&,         \
+                                                  std::span<const ShapeInfo>);                                      \
   template std::vector<ReportedContact> reported_contacts(Backend<real>&, const StepParams<real>&, const Counters&, \
                                                           std::span<const ShapeInfo>, const DescribedShapes&);
 INSTANTIATE(float)

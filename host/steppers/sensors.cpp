@@ -35,7 +35,7 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
   for (const SensorDescription& sensor : sensors)
     readings.push_back(sensor.joint == NONE
                            ? reading_of(sensor, contacts, centers[sensor.body], time)
-                           : joint_reading(sensor, joint_source(backend, sensor.joint, has_stepped), params));
+                           : joint_reading(sensor, JointSources(backend, has_stepped).of(sensor.joint), params));
   return readings;
 }
 

@@ -146,8 +146,9 @@ class EngineOf final : public Engine {
 
   JointState joint_state(u32 joint) override;
   SensorReading joint_reading(const SensorDescription& sensor) override {
-    return lockstep::joint_reading(
-        sensor, joint_source(simulation_->backend(), sensor.joint, simulation_->has_stepped()), simulation_->params());
+    return lockstep::joint_reading(sensor,
+                                   JointSources(simulation_->backend(), simulation_->has_stepped()).of(sensor.joint),
+                                   simulation_->params());
   }
   StepErrors errors() override;
 
@@ -188,12 +189,12 @@ class EngineOf final : public Engine {
     if (row.linear[0] != pulls.x || row.linear[1] != pulls.y || row.linear[2] != pulls.z) act_and_record({row});
   }
 
-  void record(const std::string& path, const Scene& scene) override {
+  void record(const std::string& path, const Scene& scene, bool forces) override {
     end_recording();
     const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source, dt_};
     ++recordings_;
-    recording_ =
-        std::make_unique<RecordingWriter<real>>(path, label, current_state(constants_, *simulation_), Inputs::recorded);
+    recording_ = std::make_unique<RecordingWriter<real>>(path, label, current_state(constants_, *simulation_),
+                                                         Recorded{.inputs = true, .forces = forces});
   }
 
   void end_recording() override {
@@ -326,7 +327,7 @@ void EngineOf<real>::step(const ItemNamer& name) {
 
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const JointSource<real> source = joint_source(simulation_->backend(), joint, simulation_->has_stepped());
+  const JointSource<real> source = JointSources(simulation_->backend(), simulation_->has_stepped()).of(joint);
   const JointMeasures of = measure_joint(source.buffers, simulation_->params(), joint, source.impulses);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }

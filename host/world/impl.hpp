@@ -63,6 +63,7 @@ struct World::Impl {
   std::string recording;       // the path of its first file; empty: nothing is recorded
   u32 recording_files = 0;     // so far
   bool recording_due = false;  // with the next step another one begins
+  RecordedData recorded = RecordedData::motion;
 
   // snapshots: where they belong, what the next one shares with the last one, and whether motors have ever been set
   std::shared_ptr<const int> self = std::make_shared<const int>();
@@ -120,7 +121,7 @@ struct World::Impl {
       path.replace_extension(number + kind);
       expect_writable(path.string(), "the recording", recording_signature);
     }
-    engine->record(path.string(), scene);
+    engine->record(path.string(), scene, recorded == RecordedData::motion_and_forces);
   }
 
   void forget_state() {

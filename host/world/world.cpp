@@ -214,13 +214,14 @@ double World::time_step() const { return impl_->scene.settings.dt; }
 u32 World::substeps() const { return substeps_of(impl_->scene.settings); }
 double World::substep_length() const { return time_step() / substeps(); }
 
-void World::record(const std::string& path) {
+void World::record(const std::string& path, RecordedData data) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");
   expect_writable(path, "the recording", recording_signature);
   end_recording();
   impl_->recording = path;
   impl_->recording_files = 0;
   impl_->recording_due = true;
+  impl_->recorded = data;
 }
 
 void World::end_recording() {

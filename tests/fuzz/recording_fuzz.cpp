@@ -18,7 +18,7 @@ const std::string path = "/dev/shm/lockstep_fuzz_" + std::to_string(getpid()) + 
 // Two steps of a scene with a body, a plane and a contact; what they did is all zeros.
 std::vector<unsigned char> make_good() {
   const InitialState<float> state = compile<float>(read_scene("slide_to_roll"));
-  RecordingFile<float> file(path, {"slide_to_roll", "a device", "{}", "{}"}, state, Inputs::recorded);
+  RecordingFile<float> file(path, {"slide_to_roll", "a device", "{}", "{}"}, state, {.inputs = true, .forces = true});
   Batch<float> batch;
   for (u32 step = 1; step <= 2; ++step) batch.steps.push_back({step, 1, 1, 0, 0.5});
   batch.state_hashes.resize(2 * state.sizes.worlds);
@@ -27,6 +27,8 @@ std::vector<unsigned char> make_good() {
   batch.orientations.resize(2 * state.sizes.bodies);
   batch.motions.resize(2 * state.sizes.bodies);
   batch.measures.resize(1);
+  batch.contact_ends = {1, 2};
+  batch.contact_forces.resize(2);
   batch.inputs.push_back({.step = 1});
   batch.inputs.push_back({.step = 2, .body = 1});
   file.write(batch);
@@ -52,6 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
       recording.start<double>();
     else
       recording.start<float>();
+    if (recording.steps() > 0) recording.forces(recording.steps() - 1);
     for (u32 table = 0; table < std::size(body_tables); ++table)
       if (recording.steps() > 0) recording.bodies<float>(table, recording.steps() - 1);
   } catch (const Error& error) {
