@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -7,16 +8,17 @@
 
 #include "host/app/bench_results.hpp"
 #include "host/error.hpp"
+#include "host/record/whole_file.hpp"
 
 namespace lockstep::app {
 
 namespace {
 
-// As gnuplot wants it between double quotes, where it would take _ and ^ for indices but for `noenhanced`.
+// As gnuplot wants it: between double quotes it would run what is between back-quotes.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-  return result + "\"";
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c == '\n' ? ' ' : c);
+  return result + "'";
 }
 
 struct Line {
@@ -77,12 +79,18 @@ bool write_plot(const BenchCase& benched, const std::string& path) {
   const std::vector<Line> lines = lines_of(benched);
   if (lines.empty()) return false;
   std::signal(SIGPIPE, SIG_IGN);  // a gnuplot that gives up is told of as an error
-  std::FILE* gnuplot = popen("gnuplot 2> /dev/null", "w");
-  const std::string script = fmt::format("set output {}\n{}set output\n", quoted(path), script_of(benched, lines));
-  const bool written = gnuplot != nullptr && std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
-  if (gnuplot == nullptr || pclose(gnuplot) != 0 || !written)
-    throw Error(Failure::device, path, "gnuplot could not write the plot");
-  return true;
+  // gnuplot is told no name, which could be of any bytes
+  std::string name;
+  const int descriptor = make_beside(path, name);
+  std::FILE* gnuplot =
+      descriptor < 0 ? nullptr : popen(fmt::format("gnuplot >&{} 2> /dev/null", descriptor).c_str(), "w");
+  const std::string script = script_of(benched, lines);
+  bool written = gnuplot != nullptr && std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
+  written = gnuplot != nullptr && pclose(gnuplot) == 0 && written;
+  if (descriptor >= 0) ::close(descriptor);
+  if (written && std::rename(name.c_str(), path.c_str()) == 0) return true;
+  ::unlink(name.c_str());
+  throw Error(Failure::device, path, "gnuplot could not write the plot");
 }
 
 }  // namespace lockstep::app

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/mismatch_picture.hpp"
@@ -122,7 +123,7 @@ void add_check(CLI::App& program) {
                       "Built-in scenes (lockstep scenes), JSON files or robots (.urdf, .xml); every built-in scene "
                       "unless named");
   add_setting_options(*command, *options);
-  command->add_option("--picture", options->picture, "Where they differ, draw both states into this PNG file");
+  add_file_option(*command, "--picture", options->picture, "Where they differ, draw both states into this PNG file");
   command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
   command->footer(
       "Examples:\n"

@@ -14,7 +14,7 @@ constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "tri
 
 }  // namespace
 
-EventLog::EventLog(const std::string& path, const Scene& scene) : scene_(scene) {
+EventLog::EventLog(const std::string& path, const Scene& scene) : path_(path), scene_(scene) {
   if (path.empty()) return;
   u32 shapes = 0;
   for (const BodyDescription& body : scene.bodies) {
@@ -46,7 +46,10 @@ void EventLog::add(const PairEvent& event) {
     json["point"] = event.impact->point;
     json["normal"] = event.impact->normal;
   }
-  file_ << json.dump() << '\n' << std::flush;
+  errno = 0;
+  if (!(file_ << json.dump() << '\n' << std::flush))
+    throw Error(Failure::device, path_,
+                std::string("the events cannot be written to their end: ") + std::strerror(errno));
 }
 
 }  // namespace lockstep::app

@@ -4,6 +4,7 @@
 
 #include "cpu_reference/oracle/error.hpp"
 #include "cpu_reference/oracle/models/model_size.hpp"
+#include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/export_motion.hpp"
 #include "host/app/options.hpp"
@@ -137,13 +138,14 @@ void add_export(CLI::App& program) {
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
   command->get_option("scene")->description("A built-in scene, a JSON or URDF file, or for a motion a recording");
-  command->add_option("-o,--output", options->output,
-                      "The file to write: a motion where it ends in .glb; else a system as FCLIB, or as text for "
-                      "Siconos where it ends in .dat");
+  add_file_option(*command, "-o,--output", options->output,
+                  "The file to write: a motion where it ends in .glb; else a system as FCLIB, or as text for "
+                  "Siconos where it ends in .dat");
   command->add_flag("--quiet", options->quiet, "No progress bar and no line");
   command
       ->add_option("--fps", options->fps,
                    "Keyframes a second of simulated time, 60 unless told; at most as many as there are steps")
+      ->check(finite)
       ->check(CLI::Range(0.001, 1e6))
       ->group("A motion");
   const std::string group = "The system of a step";

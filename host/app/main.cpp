@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <new>
 #include <system_error>
 
@@ -95,7 +97,12 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   using lockstep::app::Interrupt;
   std::signal(SIGPIPE, SIG_DFL);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told of by who writes it
   Interrupt::install();
-  const int status = run_program(argc, argv);
+  int status = run_program(argc, argv);
+  errno = 0;
+  if (std::fflush(stdout) != 0 && status == 0)
+    status = fail(static_cast<int>(lockstep::Failure::device),
+                  std::string("the output cannot be written to its end: ") + std::strerror(errno));
   return Interrupt::asked() ? Interrupt::status() : status;
 }

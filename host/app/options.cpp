@@ -21,6 +21,14 @@ const CLI::Validator positive(
     },
     "> 0");
 
+const CLI::Validator finite(
+    [](const std::string& text) {
+      double value = 0;
+      const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+      return good ? std::string() : "must be a finite number, is '" + text + "'";
+    },
+    "");
+
 namespace {
 
 // What stands behind the name of an option in --help: the names that it takes, or bounds and unit. What has neither is

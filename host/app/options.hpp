@@ -15,6 +15,8 @@ namespace lockstep::app {
 
 /// A finite number above zero.
 extern const CLI::Validator positive;
+/// For what CLI::Range lets through: nan.
+extern const CLI::Validator finite;
 
 struct TargetOptions {
   std::string device = "auto";

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "host/app/command_files.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_writer.hpp"
 #include "host/record/whole_file.hpp"
@@ -96,12 +97,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   options.frames.folder = "out";
   std::vector<CLI::Option*> added = {
       command.add_option("--out", options.frames.folder, "The folder that PNG pictures go to")->capture_default_str(),
-      command.add_option("--video", options.frames.film, "An MP4 film instead; needs ffmpeg"),
+      add_file_option(command, "--video", options.frames.film, "An MP4 film instead; needs ffmpeg"),
       command.add_option("--size", options.size, "WIDTHxHEIGHT, up to 3840x2160")->capture_default_str(),
       command.add_option("--color-by", options.color_by, "body, speed, contacts, color, penetration or residual")
           ->capture_default_str(),
       command.add_option("--scale", options.frames.scale, "The number that the brightest colour stands for")
-          ->check(CLI::PositiveNumber),
+          ->check(positive),
       command
           .add_option(
               "--show", options.show,
@@ -110,7 +111,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       command.add_option("--from", options.from, "Where the camera is, x,y,z in m, instead of the scene's")
           ->delimiter(','),
       command.add_option("--to", options.to, "What it looks at")->delimiter(','),
-      command.add_option("--fov", options.fov, "Its angle of view upwards, degrees")->check(CLI::Range(1.0, 150.0)),
+      command.add_option("--fov", options.fov, "Its angle of view upwards, degrees")
+          ->check(finite)
+          ->check(CLI::Range(1.0, 150.0)),
       command.add_flag("--plain", options.frames.plain, "No legend and no caption")};
   for (CLI::Option* option : added) option->group(group);
   add_shown_options(command, options.shown);
@@ -129,7 +132,8 @@ void finish_render_options(const CLI::App& command, RenderOptions& options) {
   if (command.count("--out") > 0) throw Error(Failure::input, "--out", "is for pictures; --video names its own file");
   if (frames.width % 2 != 0 || frames.height % 2 != 0)
     throw Error(Failure::input, "--size", fmt::format("of a film must be even numbers, is '{}'", options.size));
-  expect_writable(frames.film, "the film", "");
+  expect_separate({{"--video", frames.film}}, {{"the scene", options.scene}, {"--resume", options.resume}});
+  expect_writable(frames.film, "the film", "ftyp", 4);
   expect_ffmpeg();
 }
 

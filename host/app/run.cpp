@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
 #include "host/app/interrupt.hpp"
@@ -316,6 +317,14 @@ void expect_one_world(const RunOptions& options) {
 }
 
 void run(RunOptions options) {
+  expect_separate({{"--report", options.report},
+                   {"--events", options.events},
+                   {"--record", options.record},
+                   {"--checkpoint", options.checkpoint}},
+                  {{"the scene", options.scene}});
+  // a checkpoint may follow the one that the run goes on from
+  expect_separate({{"--report", options.report}, {"--events", options.events}, {"--record", options.record}},
+                  {{"--resume", options.resume}});
   const Ranks ranks;
   const bool is_first = ranks.rank() == 0;
   std::optional<ReportFile> file;
@@ -351,14 +360,15 @@ void add_run(CLI::App& program) {
           "mpirun distributes them")
       ->check(CLI::Range(1u, 10000000u))
       ->capture_default_str();
-  command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
-  command->add_option("--events", options->events, "Write contact and trigger events to this file as JSON Lines");
-  command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
+  add_file_option(*command, "--report", options->report,
+                  "Write the figures to this file as JSON (docs/error_measures.md)");
+  add_file_option(*command, "--events", options->events, "Write contact and trigger events to this file as JSON Lines");
+  add_file_option(*command, "--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
   command
       ->add_flag("--record-forces", options->record_forces,
                  "Record the force of each contact and joint in it, too (docs/recordings.md)")
       ->needs("--record");
-  command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
+  add_file_option(*command, "--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
   command->footer(oracle_descriptions() +

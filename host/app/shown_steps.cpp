@@ -48,7 +48,7 @@ void add_shown_options(CLI::App& command, ShownOptions& options) {
   at->check(CLI::NonNegativeNumber);
   frames->check(CLI::Range(1, 1000000))->excludes(at);
   every->check(CLI::Range(1, 1000000000))->excludes(at)->excludes(frames);
-  fps->check(CLI::Range(0.001, 1000.0));
+  fps->check(finite)->check(CLI::Range(0.001, 1000.0));
 }
 
 double film_rate(const ShownOptions& options, double dt) {

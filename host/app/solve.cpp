@@ -5,6 +5,7 @@
 
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
+#include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/options.hpp"
@@ -145,6 +146,8 @@ void write_solution(const SolveOptions& options, const Solved& solved) {
 }
 
 void solve(const SolveOptions& options) {
+  expect_separate({{"--report", options.report}, {"--solution", options.solution}}, {{"the problem", options.problem}});
+  expect_separate({{"--report", options.report}}, {{"--guess", options.guess}});  // a solution may follow its guess
   if (is_lcp_text(options.problem)) return solve_lcp(options);
   expect_writable(options.solution, "the solution", solution_is_hdf5(options) ? "\x89HDF" : "r ");
   ReportFile report(options.report);
@@ -207,9 +210,9 @@ void add_solve(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--iterations", options->limits.iterations, "At most")->check(positive)->capture_default_str();
   command->add_option("--seconds", options->limits.seconds, "At most")->check(positive)->capture_default_str();
-  command->add_option("--report", options->report, "Write the figures to this file as JSON");
-  command->add_option("--solution", options->solution,
-                      "Write impulses and velocities to this file, .hdf5 as FCLIB has them or else text");
+  add_file_option(*command, "--report", options->report, "Write the figures to this file as JSON");
+  add_file_option(*command, "--solution", options->solution,
+                  "Write impulses and velocities to this file, .hdf5 as FCLIB has them or else text");
   command->add_option("--guess", options->guess, "Start from the impulses in this file, as --solution writes it");
   command->add_flag("--quiet", options->quiet, "No table");
   command->footer(solver_descriptions());

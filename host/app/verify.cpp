@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/mismatch_picture.hpp"
@@ -48,6 +49,7 @@ Replayed replay_and_draw(const RecordingReader& recording, const StepTarget& tar
 }
 
 void verify(const VerifyOptions& options) {
+  expect_separate({{"--picture", options.picture}}, {{"the recording", options.recording}});
   expect_writable(options.picture, "the picture", png_signature);
   const RecordingReader recording(options.recording);
   const StepTarget target = target_of(options, recording.oracle());
@@ -73,8 +75,8 @@ void add_verify(CLI::App& program) {
   const auto options = std::make_shared<VerifyOptions>();
   command->add_option("recording", options->recording, "A file of `lockstep run --record`")->required();
   add_target_options(*command, *options);
-  command->add_option("--picture", options->picture,
-                      "Where device and reference part, draw both states into this PNG file");
+  add_file_option(*command, "--picture", options->picture,
+                  "Where device and reference part, draw both states into this PNG file");
   command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
   command->footer("Example:\n  lockstep verify heap.h5 --device reference");
   command->callback([options] { verify(*options); });

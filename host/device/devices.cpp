@@ -153,7 +153,7 @@ std::optional<DeviceInfo> select_device(std::string_view choice) {
                 "must be auto, gpu, cpu, reference or an index, is '" + std::string(choice) + "'");
   if (index >= list_devices().size())
     throw Error(
-        Failure::device, "--device",
+        Failure::input, "--device",
         "there is no device " + std::to_string(index) + ", OpenCL offers " + std::to_string(list_devices().size()));
   return list_devices()[index];
 }

@@ -49,6 +49,26 @@ Handle open_attribute(hid_t object, const char* name) {
   return Handle(H5Aopen(object, name, H5P_DEFAULT));
 }
 
+// A file is read for what it holds: links, storage and virtual datasets may name any file of the machine.
+void expect_in_file(hid_t group, const char* name) {
+  H5L_info_t link;
+  check(H5Lget_info(group, name, &link, H5P_DEFAULT));
+  if (link.type != H5L_TYPE_HARD)
+    throw Failed(std::string(name) + " is a link, which recordings and problems have not");
+}
+
+// Deflate makes a thousandth of what repeats: what is larger than that has not been stored.
+constexpr hsize_t most_packed = 1100;
+
+void expect_stored_here(hid_t dataset, const char* name) {
+  const Handle properties(H5Dget_create_plist(dataset)), type(H5Dget_type(dataset)), space(H5Dget_space(dataset));
+  if (check(H5Pget_layout(properties)) == H5D_VIRTUAL || check(H5Pget_external_count(properties)) > 0)
+    throw Failed(std::string(name) + " has its numbers in another file");
+  const auto count = static_cast<hsize_t>(check(H5Sget_simple_extent_npoints(space)));
+  if (count / most_packed * H5Tget_size(type) > H5Dget_storage_size(dataset))
+    throw Failed(std::string(name) + " is not all there");
+}
+
 }  // namespace
 
 void be_quiet() {
@@ -180,12 +200,16 @@ bool has_attribute(hid_t object, const char* name) { return H5Aexists(object, na
 
 Handle open_group(hid_t file, const char* name) {
   if (!has(file, name)) throw Failed(std::string("has no group ") + name);
+  expect_in_file(file, name);
   return Handle(H5Gopen2(file, name, H5P_DEFAULT));
 }
 
 Handle open_dataset(hid_t group, const char* name) {
   if (!has(group, name)) throw Failed(std::string("has no dataset ") + name);
-  return Handle(H5Dopen2(group, name, H5P_DEFAULT));
+  expect_in_file(group, name);
+  Handle dataset(H5Dopen2(group, name, H5P_DEFAULT));
+  expect_stored_here(dataset, name);
+  return dataset;
 }
 
 std::vector<hsize_t> extent_of(hid_t dataset) {

@@ -1,14 +1,21 @@
 #include "host/record/recording_file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 
+#include "host/error.hpp"
 #include "host/record/identity.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/record/state_group.hpp"
+#include "host/record/whole_file.hpp"
 
 namespace lockstep {
 
@@ -20,6 +27,25 @@ constexpr hsize_t input_chunk = 256, contact_chunk = 4096;
 // What is written at the end takes the place of this in the file.
 constexpr const char* running = "running";
 constexpr std::size_t outcome_length = 512;
+
+// A byte that no recording has: HDF5 locks files for itself.
+struct flock writer_lock() {
+  struct flock lock = {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = std::numeric_limits<off_t>::max() - 1;
+  lock.l_len = 1;
+  return lock;
+}
+
+void expect_unlocked(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return;
+  struct flock lock = writer_lock();
+  const bool locked = ::fcntl(descriptor, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  ::close(descriptor);
+  if (locked) throw Error(Failure::input, path, "is a recording that is being written; name another file");
+}
 
 h5::Handle create(const std::string& path) {
   h5::be_quiet();
@@ -62,13 +88,30 @@ void write_head(hid_t file, const RecordingLabel& label, const InitialState<real
 
 }  // namespace
 
-UnfinishedFile::~UnfinishedFile() {
-  if (!path.empty()) std::remove(path.c_str());
+UnfinishedFile::UnfinishedFile(const std::string& name) : name_(name) {
+  expect_unlocked(name);
+  descriptor_ = make_beside(name, path_);
+  if (descriptor_ < 0) throw h5::Failed(std::strerror(errno));
+  struct flock lock = writer_lock();
+  ::fcntl(descriptor_, F_OFD_SETLK, &lock);  // a file system without locks has none
 }
 
-void UnfinishedFile::rename_to(const std::string& name) {
-  if (std::rename(path.c_str(), name.c_str()) != 0) throw h5::Failed(std::strerror(errno));
-  path.clear();
+UnfinishedFile::~UnfinishedFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!has_name_ && !path_.empty()) std::remove(path_.c_str());
+}
+
+void UnfinishedFile::publish() {
+  expect_unlocked(name_);
+  if (std::rename(path_.c_str(), name_.c_str()) != 0) throw h5::Failed(std::strerror(errno));
+  has_name_ = true;
+}
+
+void UnfinishedFile::expect_named() const {
+  struct stat mine, named;
+  if (::fstat(descriptor_, &mine) != 0 || ::stat(name_.c_str(), &named) != 0 || mine.st_ino != named.st_ino ||
+      mine.st_dev != named.st_dev)
+    throw h5::Failed("another file has taken its name, or it was removed while it was written");
 }
 
 template <class real>
@@ -89,8 +132,8 @@ void Batch<real>::clear() {
 template <class real>
 RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel& label,
                                    const InitialState<real>& start, const Recorded& recorded)
-    : unfinished_(path + ".part"),
-      file_(create(unfinished_.path)),
+    : unfinished_(path),
+      file_(create(unfinished_.path())),
       bodies_(start.sizes.bodies),
       batch_steps_(std::clamp<std::size_t>(batch_bodies / bodies_, 1, longest_batch)),
       has_contact_forces_(recorded.forces && has(start.features, Feature::contacts)),
@@ -114,7 +157,7 @@ RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel
     joint_forces_ = GrowingRows(file_, "joint_forces", H5T_IEEE_F64LE, {joints, joint_force_columns}, batch_steps_);
   }
   h5::check(H5Fstart_swmr_write(file_));
-  unfinished_.rename_to(path);
+  unfinished_.publish();
 }
 
 // The steps come last: what they count is there.
@@ -168,6 +211,7 @@ void RecordingFile<real>::close(const std::string& outcome) {
   }
   h5::check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
   h5::check(H5Fclose(file_.release()));
+  unfinished_.expect_named();
 }
 
 template <class real>

@@ -23,15 +23,27 @@ struct Batch {
   void clear();
 };
 
-/// A file that gets its name when its head is whole, so that whoever finds one can read it.
-struct UnfinishedFile {
-  std::string path;  // empty: it has its name
-
-  explicit UnfinishedFile(std::string name) : path(std::move(name)) {}
+/// A file that gets its name when its head is whole, so that whoever finds one can read it. Until it is closed it is
+/// locked: two that write one recording would lose steps.
+class UnfinishedFile {
+ public:
+  /// To be named `name`. Throws Error (input) where another recording is being written under that name, h5::Failed
+  /// where none can be made.
+  explicit UnfinishedFile(const std::string& name);
   ~UnfinishedFile();
   UnfinishedFile(const UnfinishedFile&) = delete;
   UnfinishedFile& operator=(const UnfinishedFile&) = delete;
-  void rename_to(const std::string& name);
+
+  const std::string& path() const { return path_; }  // until it has its name
+  void publish();
+  /// Throws h5::Failed where its name has become that of another file, or of none.
+  void expect_named() const;
+
+ private:
+  const std::string name_;
+  std::string path_;
+  int descriptor_ = -1;
+  bool has_name_ = false;
 };
 
 template <class real>

@@ -19,6 +19,21 @@ namespace fs = std::filesystem;
 
 }  // namespace
 
+// mkstemp gives a file to its owner alone; others are made as the user's mask says
+int make_beside(const std::string& path, std::string& name) {
+  name = path + ".XXXXXX";
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) return descriptor;
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  struct stat there;
+  const bool replaces = ::stat(path.c_str(), &there) == 0 && S_ISREG(there.st_mode);
+  if (::fchmod(descriptor, replaces ? there.st_mode & 0777 : 0666 & ~mask) == 0) return descriptor;
+  ::close(descriptor);
+  ::unlink(name.c_str());
+  return -1;
+}
+
 bool can_be_made(const std::string& path) {
   std::string name = path + ".XXXXXX";
   const int descriptor = mkstemp(name.data());
@@ -28,10 +43,8 @@ bool can_be_made(const std::string& path) {
   return true;
 }
 
-NewFile::NewFile(const std::string& path) : path_(path), name_(path + ".XXXXXX") {
-  descriptor_ = mkstemp(name_.data());
-  if (descriptor_ < 0) fail();
-  open_to_others();
+NewFile::NewFile(const std::string& path) : path_(path), descriptor_(make_beside(path, name_)) {
+  if (descriptor_ < 0) name_.clear(), fail();
 }
 
 NewFile::~NewFile() {
@@ -70,14 +83,7 @@ void NewFile::fail() const {
   throw Error(Failure::device, path_, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-// mkstemp gives a file to its owner alone; others are made as the user's mask says
-void NewFile::open_to_others() const {
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  if (::fchmod(descriptor_, 0666 & ~mask) != 0) fail();
-}
-
-void expect_writable(const std::string& path, const std::string& what, std::string_view signature) {
+void expect_writable(const std::string& path, const std::string& what, std::string_view signature, std::size_t offset) {
   if (path.empty()) return;
   const auto refuse = [&](const std::string& why) { throw Error(Failure::input, path, why); };
   std::error_code error;
@@ -89,7 +95,9 @@ void expect_writable(const std::string& path, const std::string& what, std::stri
     refuse(what + " cannot be written: " + std::strerror(errno));
   if (is_new) return;
   std::string start(signature.size(), '\0');
-  std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  std::ifstream(path, std::ios::binary)
+      .seekg(static_cast<std::streamoff>(offset))
+      .read(start.data(), static_cast<std::streamsize>(start.size()));
   if (fs::file_size(path, error) > 0 && start != signature)
     refuse("is there already and is something else; " + what + " does not overwrite it");
 }

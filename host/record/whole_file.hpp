@@ -13,8 +13,13 @@ namespace lockstep {
 bool can_be_made(const std::string& path);
 
 /// Throws Error (input) where a file of this name could not be written, or where there is one that is not ours: one
-/// that does not start with `signature`. An empty path is always good.
-void expect_writable(const std::string& path, const std::string& what, std::string_view signature);
+/// that does not have `signature` at this offset. An empty path is always good.
+void expect_writable(const std::string& path, const std::string& what, std::string_view signature,
+                     std::size_t offset = 0);
+
+/// A file that nobody else has opened, beside `path` and with the mode of the one that is there, for it to take its
+/// place; its name is `name`. Negative where it cannot be made, errno says why.
+int make_beside(const std::string& path, std::string& name);
 
 /// A file that gets its name when it is whole, so that a crash leaves the old one or the new one; gone again unless it
 /// gets it. Everything throws Error (device) where the disk does not take it.
@@ -33,7 +38,6 @@ class NewFile {
 
  private:
   [[noreturn]] void fail() const;
-  void open_to_others() const;
 
   std::string path_, name_;
   int descriptor_ = -1;
