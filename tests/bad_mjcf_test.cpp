@@ -81,6 +81,11 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
       {of_joint("limited=\"yes\""), "robot.xml:2: <joint> limited: must be true, false or auto, is \"yes\""},
       {of_joint("type=\"ball\" damping=\"1\""),
        "robot.xml:2: <joint> damping: belongs to a joint with one axis, a ball has none; set it to 0 here"},
+      {of_joint("type=\"ball\" armature=\"1\""),
+       "robot.xml:2: <joint> armature: belongs to a joint with one axis, a ball has none; set it to 0 here"},
+      {of_joint("type=\"free\" armature=\"1\""),
+       "robot.xml:2: <joint> armature: of a free joint is not simulated; set it to 0 here, or take <freejoint>"},
+      {of_joint("armature=\"-1\""), "robot.xml:2: <joint> armature: must be >= 0, is -1"},
       {of_joint("type=\"ball\" range=\"0 30\""),
        "robot.xml:2: <joint>: is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its "
        "place"},

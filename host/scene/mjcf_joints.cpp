@@ -28,7 +28,8 @@ void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool i
 // Only its axis, its place and, where it is to be part of another one, nothing that acts.
 bool is_plain(const MjcfJoint& in, RobotJointKind kind, const std::set<std::string>& used) {
   const RobotJoint& joint = in.joint;
-  return joint.kind == kind && !used.contains(joint.name) && joint.damping == 0 && joint.friction == 0 && !joint.spring;
+  return joint.kind == kind && !used.contains(joint.name) && joint.damping == 0 && joint.friction == 0 &&
+         joint.armature == 0 && !joint.spring;
 }
 
 }  // namespace
@@ -68,6 +69,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
     element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});
   if (type == "free") {
+    element.expect_zero("armature", "of a free joint is not simulated; set it to 0 here, or take <freejoint>");
     joint.kind = RobotJointKind::floating;
     return out;
   }
@@ -75,7 +77,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   joint.anchor = element.vector("pos", {0, 0, 0});
   if (type == "ball") {
     joint.kind = RobotJointKind::ball;
-    for (const char* attribute : {"stiffness", "damping", "frictionloss"})
+    for (const char* attribute : {"stiffness", "damping", "frictionloss", "armature"})
       element.expect_zero(attribute, "belongs to a joint with one axis, a ball has none; set it to 0 here");
     if (element.choice("limited").value_or(compiler.autolimits && element.has("range")))
       node.fail("is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its place");
@@ -92,6 +94,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   read_range(element, compiler, is_revolute, out);
   joint.damping = element.not_negative("damping", 0);
   joint.friction = element.not_negative("frictionloss", 0);
+  joint.armature = element.not_negative("armature", 0);
   const double stiffness = element.not_negative("stiffness", 0);
   if (stiffness > 0) joint.spring = JointSpring{stiffness, 0, coordinate("springref") - out.reference};
   return out;

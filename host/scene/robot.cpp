@@ -160,7 +160,8 @@ class Assembly {
     components_.joints.push_back(std::move(joint));
   }
 
-  // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
+  // The engine's joint has a motor or friction, and without armature limits or a spring; what is more gets a joint of
+  // its own.
   void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive) {
     JointDescription joint;
     joint.name = use_.name + "/" + in.name;
@@ -179,7 +180,8 @@ class Assembly {
     joint.low = in.low;
     joint.high = in.high;
     const std::optional<JointSpring> spring = spring_of(in, drive);
-    (joint.limited ? more : joint).spring = spring;
+    joint.armature = in.armature;
+    (joint.limited && !(in.armature > 0) ? more : joint).spring = spring;
     joint.motor_speed = drive.motor_speed;
     joint.motor_force = drive.motor_force;
     (drive.motor_force > 0 ? more : joint).friction = in.friction;

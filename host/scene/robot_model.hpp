@@ -34,6 +34,7 @@ struct RobotJoint {
   Vector3 second_axis = {0, 1, 0};         // of a universal joint: the one that the child carries
   double low = 0, high = 0;                // rad or m; of revolute and prismatic ones
   double damping = 0, friction = 0;        // N m s/rad and N m, or N s/m and N
+  double armature = 0;                     // inertia along its coordinate, kg or kg m^2
   std::optional<JointSpring> spring = {};  // always there
   std::optional<JointSpring> servo = {};   // an actuator's, as long as the scene gives no spring
   std::optional<double> locked_at = {};    // the coordinate does not leave this

@@ -133,7 +133,8 @@ struct JointDescription {
   double low = 0, high = 0;                            // m or rad
   double motor_speed = 0, motor_force = 0;             // m/s and N, rad/s and N m; a force of 0 is no motor
   double friction = 0;                                 // N or N m, dry, instead of a motor
-  std::optional<JointSpring> spring = {};              // instead of limits
+  std::optional<JointSpring> spring = {};              // beside limits too
+  double armature = 0;                                 // inertia along the free coordinate, kg or kg m^2
   bool collide = false;                                // the two bodies may collide with each other
   double frequency = 0;                                // Hz, of a joint that is soft as a whole; 0 where it is rigid
   double damping = 1;                                  // of that, in parts of the critical one

@@ -75,6 +75,9 @@ Laws laws_of(const Buffers<double>& b, const Tree& tree) {
     const bool fixed = bounded && !sprung && joint.low == joint.high;
     if (closes[j] || fixed) laws.closures.push_back({j, closes[j], fixed, joint.low});
     if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.spring_compliance});
+    if (joint.side_compliance > 0 && !fixed)
+      laws.springs.push_back({j, joint.side_rate, joint.side_rest, joint.side_compliance});
+    if (joint.armature > 0 && !fixed) laws.armatures.push_back({j, joint.armature});
     if (bounded && !sprung && !fixed) laws.limits.push_back({j, joint.low, joint.high});
   }
   return laws;
@@ -162,6 +165,8 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     if (closure.fixed) pushes[closure.joint].free += step.bilateral_impulses()[next++];
   }
   for (const Spring& spring : laws.springs) pushes[spring.joint].free += step.bilateral_impulses()[next++];
+  for (const oracle::articulated::Armature& armature : laws.armatures)
+    pushes[armature.joint].impedance += step.bilateral_impulses()[next++];
   for (Index i = 0; i < problem.bounds(); ++i) {
     const RateBound& bound = demand.bounds[problem.bound_of[std::size_t(i)]];
     const bool second = i > 0 && problem.bound_of[std::size_t(i)] == problem.bound_of[std::size_t(i - 1)];
