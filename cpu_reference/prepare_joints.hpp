@@ -247,7 +247,8 @@ void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, c
     add_energy(counters, COUNTER_ENERGY,
                energy_units(real(0.5) * stiffness * (stretch * stretch), params.units_per_joule));
   };
-  add_spring(joint.rate, joint.spring_compliance, joint.low);
+  // one of bounded force keeps no energy
+  if (!(joint.motor_force < 0)) add_spring(joint.rate, joint.spring_compliance, joint.low);
   add_spring(joint.side_rate, joint.side_compliance, joint.side_rest);
 }
 
@@ -333,7 +334,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   block.spring[lane] = joint.spring;
   block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
   block.coupled_mobility[lane] = coupled_mobility;
-  block.motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < 0;
+  block.motor_speed[lane] = bounds_spring ? joint.motor_speed * params.dt : joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
   const real before = free_velocity_before(buffers, params, info, current);
   real mobility = block.free_mobility[lane] - coupled_mobility;

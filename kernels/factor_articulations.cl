@@ -14,7 +14,7 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
                                    global LinkFactor* f) {
   const u32 at = link.slot % PACK;
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  const bool driven = block->motor_impulse[at] > (real)0, fixed = block->slowest[at] == block->fastest[at] && !driven;
+  const bool driven = block->motor_impulse[at] != (real)0, fixed = block->slowest[at] == block->fastest[at] && !driven;
   bool impedance = false;
 #if FEATURE_JOINT_IMPEDANCES
   impedance = !fixed && block->impedance_compliance[at] > (real)0;

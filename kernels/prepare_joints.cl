@@ -229,7 +229,8 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
   measure->separation = separation > measure->separation ? separation : measure->separation;
   measure->ratio = ratio > measure->ratio ? ratio : measure->ratio;
   measure->angle = angle > measure->angle ? angle : measure->angle;
-  joint_add_spring(params, current, joint->rate, joint->spring_compliance, joint->low, measure);
+  if (!(joint->motor_force < (real)0))  // one of bounded force keeps no energy
+    joint_add_spring(params, current, joint->rate, joint->spring_compliance, joint->low, measure);
 #if FEATURE_JOINT_IMPEDANCES
   joint_add_spring(params, current, joint->side_rate, joint->side_compliance, joint->side_rest, measure);
 #endif
@@ -299,7 +300,8 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   block->spring[lane] = joint.spring;
   block->free_mobility[lane] = is_free ? free_mobility : (real)0;
   block->coupled_mobility[lane] = coupled_mobility;
-  block->motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < (real)0;
+  block->motor_speed[lane] = bounds_spring ? joint.motor_speed * params->dt : joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
   block->lead[lane] = sizes.lead;
   real before = (real)0;

@@ -234,7 +234,8 @@ double spring_energy(const Buffers<real>& buffers, const StepParams<real>& param
     const double stretch = coordinate(buffers, double(params.dt), index, offset_of(buffers, index)) - double(rest);
     return 0.5 * double(rate) / (double(compliance) * double(params.dt)) * stretch * stretch;
   };
-  return energy(joint.rate, joint.spring_compliance, joint.low) +
+  const bool keeps = !(joint.motor_force < 0);  // not of bounded force
+  return (keeps ? energy(joint.rate, joint.spring_compliance, joint.low) : 0) +
          energy(joint.side_rate, joint.side_compliance, joint.side_rest);
 }
 

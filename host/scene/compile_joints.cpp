@@ -72,6 +72,8 @@ Spring<real> make_spring(const Settings& settings, const JointSpring& in, const 
   const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
   const double stiff = theta * h * in.stiffness + in.damping;
   rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
+  if (!(in.forces[0] < in.forces[1]))
+    throw Error(Failure::input, "a spring", "the least of its forces must be below the most");
   return {rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin), static_cast<real>(1 / (h * stiff)),
           rounded<real>(in.rest, "the rest of a spring", origin)};
 }
@@ -86,6 +88,8 @@ void set_impedance(const Settings& settings, const JointDescription& in, const O
   if (!in.spring) return;
   const auto [rate, compliance, rest] = make_spring<real>(settings, *in.spring, origin);
   if (has_impedance(in)) {
+    if (in.spring->forces != any_force)
+      throw Error(Failure::input, "a spring", "of bounded force has a joint without limits and armature to itself");
     out.side_rate = rate;
     out.side_compliance = compliance;
     out.side_rest = rest;
