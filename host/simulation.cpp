@@ -81,7 +81,12 @@ std::string cause_of(const Trouble& trouble, const BodyInfo& info, const Motion<
   const double speed = std::hypot(double(v[0]), double(v[1]), double(v[2]));
   if (!std::isfinite(speed) || !std::isfinite(double(w[0]) + double(w[1]) + double(w[2])))
     return std::string(trouble.acts) + " make its velocity infinite or not a number; try a shorter time step";
-  if (!(speed > limit)) return trouble.what;
+  if (!(speed > limit))
+    return fmt::format(
+        "{} make it faster, within the step, than the setting \"speed_limit\" of {:.3g} m/s; try a shorter time step "
+        "or a "
+        "lower velocity, or raise the limit",
+        trouble.acts, limit);
   const std::string over = fmt::format("{:.3g} m/s, above the setting \"speed_limit\" of {:.3g} m/s; ", speed, limit);
   if (info.kind == BODY_KINEMATIC)
     return "was told to move at " + over + "give it a lower velocity, or raise the limit";

@@ -98,5 +98,22 @@ TEST(LocalCone, TakesBlocksOfAnyRank) {
   }
 }
 
+// Joints that hold a body in all directions but one leave blocks of rank one, and rounding.
+TEST(LocalCone, TakesWhatRoundingLeavesOfRankOne) {
+  std::mt19937 random(2);
+  const auto number = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967295.0; };
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d d(number(0.5, 1), number(-1, 1), number(-1, 1));
+    Case c = {d * d.transpose(), -number(0.01, 10) * d, number(0.1, 1)};
+    const double mobility = d.squaredNorm(), speed = c.q.norm();
+    for (double& of : c.w.reshaped()) of += number(-1e-14, 1e-14) * mobility;
+    for (double& of : c.q) of += number(-1e-14, 1e-14) * speed;
+    c.w = 0.5 * (c.w + c.w.transpose().eval());
+    const Vector3d r = LocalCone(c.w, c.mu).solve(c.q);
+    ASSERT_TRUE(r.allFinite()) << i;
+    EXPECT_LT(defect(c, r), 1e-11) << i;
+  }
+}
+
 }  // namespace
 }  // namespace lockstep::oracle::local_cone_test

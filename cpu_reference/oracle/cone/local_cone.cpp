@@ -27,6 +27,9 @@ namespace {
 
 // An eigenvalue of A that is nothing but rounding.
 constexpr double nothing = 1e-13;
+// What rounding of W leaves of a velocity that no impulse can change, in parts of q: joints that hold a body in all
+// directions but one give W of rank one, right to 1e-14 of its largest.
+constexpr double no_velocity = 1e-12;
 
 // The real parts of the eigenvalues of a companion matrix, which is of Hessenberg form as it stands.
 Eigen::Vector4d real_components(const Matrix4d& companion) {
@@ -44,8 +47,8 @@ Eigen::Vector4d real_components(const Matrix4d& companion) {
 }  // namespace
 
 struct LocalCone::Slip {
-  double q_n;
-  Vector2d b;  // in the eigenframe of A
+  double q_n, size;  // |q|
+  Vector2d b;        // in the eigenframe of A
 };
 
 LocalCone::LocalCone(const Matrix3d& w, double mu) : w_(w), mu_(mu) {
@@ -63,7 +66,7 @@ LocalCone::LocalCone(const Matrix3d& w, double mu) : w_(w), mu_(mu) {
 }
 
 LocalCone::Slip LocalCone::eliminate(const Vector3d& q) const {
-  return {q[0], frame_.transpose() * q.tail<2>() - h_ * (q[0] / w_(0, 0))};
+  return {q[0], q.norm(), frame_.transpose() * q.tail<2>() - h_ * (q[0] / w_(0, 0))};
 }
 
 // The impulse that goes with a multiplier.
@@ -81,7 +84,7 @@ Vector3d LocalCone::stick(const Slip& slip) const {
   Slip clamped = slip;
   for (int k = 0; k < 2; ++k) {
     if (a_[k] > nothing * mobility_) continue;
-    if (std::abs(clamped.b[k]) > nothing * std::abs(clamped.q_n))
+    if (std::abs(clamped.b[k]) > no_velocity * clamped.size)
       return Vector3d(0, std::numeric_limits<double>::infinity(), 0);
     clamped.b[k] = 0;
   }
@@ -99,7 +102,7 @@ Vector3d LocalCone::solve(const Vector3d& q) const {
   const double b = slip.b.norm();
   double low = 0, high = b * (w_(0, 0) + mu_ * h_.norm()) / (mu_ * -q[0]);
   const double floor = 1e-3 * a_[1] + 1e-12 * high;  // keeps the bisection in ratios away from zero
-  double lambda = std::min(high, 0.5 * a_[0]);
+  double lambda = std::max(floor, std::min(high, 0.5 * a_[0]));
   for (int iteration = 0; iteration < 200; ++iteration) {
     double t2 = 0, slope_t = 0, slope_n = 0, coupled = 0;
     for (int k = 0; k < 2; ++k) {
@@ -121,6 +124,7 @@ Vector3d LocalCone::solve(const Vector3d& q) const {
     lambda = next;
   }
   Vector3d r = impulse(slip, lambda);
+  if (!r.allFinite()) return {-q[0] / w_(0, 0), 0, 0};  // there is none: the residual tells
   // what rounding left of |r_t| = mu r_n
   if (const double t = r.tail<2>().norm(); t > 0) r.tail<2>() *= mu_ * r[0] / t;
   return r[0] > 0 ? r : Vector3d(Vector3d::Zero());
