@@ -31,6 +31,12 @@ Scene solved_by(Scene scene, Solver solver, u32 substeps, u32 iterations = 0) {
   return scene;
 }
 
+// By the trapezoidal rule, but for small_steps, which has none.
+Scene at_mid_step(Scene scene) {
+  if (scene.settings.solver != Solver::small_steps) scene.settings.integrator = Integrator::trapezoidal;
+  return scene;
+}
+
 struct Solved {
   const char* name;
   Scene scene;
@@ -146,7 +152,7 @@ TEST(ArmaturePendulum, IsOfSecondOrderByTheTrapezoidalRule) {
       const InitialState<double> state = compile<double>(scene);
       const double first = energy(state, state.buffers);
       watch_steps<double>(scene, steps, [&](const Buffers<double>& b, u32 i) {
-        EXPECT_NEAR(energy(state, b), first, 2e3 / (steps * steps)) << i;
+        EXPECT_NEAR(energy(state, b), first, 10.0 / (steps * steps)) << i;
         if (i + 1 == steps) errors.push_back(std::abs(angle_of(b) - pendulum_angle(1, 0.3)));
       });
       reduced_errors.push_back(std::abs(angle_of(by_oracle(scene, "reduced_auto", steps)) - pendulum_angle(1, 0.3)));
@@ -225,14 +231,13 @@ TYPED_TEST(Armature, GoesWithSpringsAndLimits) {
   scene.gravity = {0, 0, 0};
   scene.bodies[0].velocity = {0, 0, 1};
   scene.joints[0].spring = {.stiffness = 5 * 4 * pi * pi};  // one oscillation a second
-  scene.settings.integrator = Integrator::trapezoidal;
   for (const auto& [name, solved] : all_solvers(scene)) {
-    if (name == std::string("jacobi")) continue;
-    const InitialState<real> state = compile<real>(solved);
+    if (solved.settings.solver == Solver::small_steps) continue;  // whose springs lose energy
+    const Scene mid = at_mid_step(solved);
+    const InitialState<real> state = compile<real>(mid);
     EXPECT_TRUE(has(state.features, Feature::joint_impedances));
-    // the rotor has not been hit: it goes along from the start
-    const double first = 0.5 * 5 * 1;
-    watch_steps<real>(solved, 100, [&](const Buffers<real>& b, u32 i) {
+    const double first = 0.5 * 5 * 1;  // the rotor goes along from the start
+    watch_steps<real>(mid, 100, [&](const Buffers<real>& b, u32 i) {
       const double t = 0.01 * (i + 1);
       EXPECT_NEAR(double(b.positions[0].z), std::sin(2 * pi * t) / (2 * pi), 2e-3) << name << ' ' << i;
       EXPECT_NEAR(energy(state, b), first, 1e-2) << name << ' ' << i;
@@ -243,7 +248,7 @@ TYPED_TEST(Armature, GoesWithSpringsAndLimits) {
   scene.joints[0].high = 0.1;
   for (const auto& [name, solved] : all_solvers(scene)) {
     double highest = 0;
-    watch_steps<real>(solved, 40, [&](const Buffers<real>& b, u32 i) {
+    watch_steps<real>(at_mid_step(solved), 40, [&](const Buffers<real>& b, u32 i) {
       highest = std::max(highest, double(b.positions[0].z));
       if (i + 1 < 40) return;
       EXPECT_LT(double(b.motions[0].v[2]), 0) << name;
@@ -316,8 +321,7 @@ TYPED_TEST(Armature, MatchesTheReference) {
     Scene scene = solved;
     scene.settings.iterations = 5;
     expect_twins_agree(compile<real>(scene), 3);
-    scene.settings.integrator = Integrator::trapezoidal;
-    expect_twins_agree(compile<real>(scene), 3);
+    expect_twins_agree(compile<real>(at_mid_step(scene)), 3);
   }
 }
 
