@@ -185,7 +185,7 @@ TEST(BadMjcf, AnApproximationLeavesOutWhatChangesTheMotionAndTellsIt) {
 }
 
 // The table of MuJoCo's words: none twice, and what moves bodies is refused wherever it stands.
-TEST(BadMjcf, EachWordOfTheTableHasOnePlace) {
+TEST(BadMjcf, EachWordHasOneRowOfTheTable) {
   std::set<std::string> known;
   for (const MjcfRow& row : mjcf_rows()) {
     std::istringstream words{std::string(row.attributes)};

@@ -44,7 +44,7 @@ using MjcfWords = Robots;
 
 const std::string ball = R"(<geom size="0.1" mass="1"/>)";
 
-TEST_F(MjcfWords, FramesPlaceWhatIsInThem) {
+TEST_F(MjcfWords, FramesMoveWhatIsInThem) {
   const Scene scene = world(R"(<frame pos="1 0 0" euler="0 0 1.5707963267948966"><body name="a" pos="1 0 0"><freejoint/>
       <frame pos="0 0 1"><geom size="0.1" mass="1"/></frame></body></frame>)");
   expect_near(body(scene, "a").position, {1, 1, 1}, 1e-15, "a quarter turn about z, and 1 m up");
@@ -143,7 +143,7 @@ TEST_F(MjcfWords, AServoPushesWithItsForceRangeAtMost) {
 }
 
 // Half its weight is held: it falls with g / 2, and one that is held whole stays.
-TEST_F(MjcfWords, GravityCompensationHoldsWeight) {
+TEST_F(MjcfWords, GravityCompensationSupportsWeight) {
   const Scene scene = world("<body name=\"a\" gravcomp=\"0.5\"><joint name=\"j\" type=\"slide\"/>" + ball +
                             "</body><body name=\"b\" pos=\"1 0 0\" gravcomp=\"1\"><joint name=\"k\" type=\"slide\"/>" +
                             ball + "</body>");

@@ -9,6 +9,7 @@
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
+#include "host/scene/compile_loads.hpp"
 #include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
@@ -79,7 +80,7 @@ class Compiler {
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     if (has(state_.features, Feature::partitions)) compile_partitions(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
-    support_weights();
+    support_weights(worlds_, state_.buffers);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
   }
@@ -105,7 +106,6 @@ class Compiler {
   void set_features();
   Feature broad_phase() const;
   void set_sizes();
-  void support_weights();
 
   std::span<const Scene> worlds_;
   InitialState<real> state_;
@@ -325,22 +325,13 @@ Features shape_features(const BodyDescription& body) {
   return features;
 }
 
-bool has_supported_weight(const Scene& scene) {
-  return std::ranges::any_of(scene.bodies, [](const BodyDescription& body) { return body.gravity_share != 1; });
-}
-
 template <class real>
 void Compiler<real>::set_features() {
   const Settings& settings = worlds_[0].settings;
   Features& features = state_.features;
   const bool runge_kutta = settings.integrator == Integrator::runge_kutta;
   features = with(features, runge_kutta ? Feature::runge_kutta : Feature::time_stepping);
-  if (settings.loads || std::ranges::any_of(worlds_, has_supported_weight)) {
-    if (runge_kutta)
-      throw Error(Failure::input, worlds_[0].source + ": /settings/integrator",
-                  "runge_kutta knows no forces from outside; use trapezoidal");
-    features = with(features, Feature::loads);
-  }
+  if (has_loads(worlds_)) features = with(features, Feature::loads);
   for (const Scene& scene : worlds_) {
     const bool pushing = is_penalty(scene);  // by particles instead of shapes
     if (pushing) features = with(features, Feature::particles);
@@ -461,25 +452,6 @@ Feature Compiler<real>::broad_phase() const {
     extents.push_back(double(state_.buffers.shapes[i].bounding_radius) + settings.dt * exact::length(v));
   }
   return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
-}
-
-// What holds a share of a body's weight is a load at its centre of mass.
-template <class real>
-void Compiler<real>::support_weights() {
-  u32 i = 0;
-  for (const Scene& scene : worlds_) {
-    for (const BodyDescription& body : scene.bodies) {
-      const double supported = (1 - body.gravity_share) * body.mass;
-      if (supported != 0) {
-        const Vec4<real> force = rounded<real>(exact::scale(-supported, scene.gravity), "gravity", {scene});
-        Load<real>& load = buffers().loads[i];
-        load.force[0] = force.x;
-        load.force[1] = force.y;
-        load.force[2] = force.z;
-      }
-      ++i;
-    }
-  }
 }
 
 template <class real>

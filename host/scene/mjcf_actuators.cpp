@@ -158,8 +158,8 @@ class Actuators {
     if (at(1) == 0 && at(0) != 0)
       return refuse(node, "pushes by a force that does not change, which is not simulated", "constant force");
     JointSpring servo;
-    servo.stiffness = -at(1) * gear * gear;
-    servo.damping = -at(2) * gear * gear;
+    servo.stiffness = 0 - at(1) * gear * gear;
+    servo.damping = 0 - at(2) * gear * gear;
     if (is_ratio(law)) {  // the damping of the actuator is 2 ratio sqrt(kp m), m the mass of its own coordinate
       const double mass = mass_of_coordinate(robot_, name->joint, name->armature) / (gear * gear);
       servo.damping = 2 * law.bias[2] * exact::square_root(-law.bias[1] * mass) * gear * gear;

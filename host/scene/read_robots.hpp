@@ -1,6 +1,7 @@
 // The robots of a scene file, and scenes that are a robot alone.
 #pragma once
 
+#include "host/scene/left_out.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/robot.hpp"
 

@@ -169,17 +169,24 @@ class Assembly {
     components_.joints.push_back(std::move(joint));
   }
 
-  // As if the second body stood where the two sides are one.
+  // As if one of the bodies stood where the two sides are one: the second, unless that is the fixed frame.
   void add_sides(JointDescription joint, const RobotLoop& loop) {
-    const auto pose_of = [&](u32 body) {
-      return body == NONE ? Pose{} : Pose{components_.bodies[body].position, components_.bodies[body].orientation};
-    };
-    const Pose side = poses_[loop.a] * (*loop.sides)[0], a = pose_of(joint.body_a);
-    const Pose b = side * inverse(poses_[loop.b] * (*loop.sides)[1]) * pose_of(joint.body_b);
-    joint.anchor_a = joint.anchor_b = side.position;
+    const Pose side_a = poses_[loop.a] * (*loop.sides)[0], side_b = poses_[loop.b] * (*loop.sides)[1];
+    Pose a = pose_of(joint.body_a), b = pose_of(joint.body_b);
+    const bool moves_b = joint.body_b != NONE;
+    if (moves_b)
+      b = side_a * inverse(side_b) * b;
+    else
+      a = side_b * inverse(side_a) * a;
+    joint.anchor_a = joint.anchor_b = moves_b ? side_a.position : side_b.position;
     joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
     joint.collide = true;
     components_.joints.push_back(std::move(joint));
+  }
+
+  Pose pose_of(u32 body) const {
+    if (body == NONE) return {};
+    return {components_.bodies[body].position, components_.bodies[body].orientation};
   }
 
   // The engine's joint has a motor or friction, and without armature limits or a spring; what is more gets a joint of

@@ -109,6 +109,13 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
+  if (spring.forces != any_force) {
+    expect_finite(spring.forces, where.c_str());
+    expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
+    expect(
+        joint.motor_force == 0 && joint.friction == 0,
+        "must not have a motor or friction beside a spring of bounded force; give one of them to a joint of its own");
+  }
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
 }
 
