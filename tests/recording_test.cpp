@@ -146,15 +146,13 @@ TEST(Recording, CanBeReadWhileItIsWritten) {
   EXPECT_EQ(json["state_hash"], hash_text(recording.state_hashes().back()));
 }
 
-TEST(Recording, ThatCannotBeMadeLeavesTheOldOne) {
+TEST(Recording, CannotBeMade) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("x.h5");
-  record_scene<float>(path, "slide_to_roll", 3);
   const InitialState<float> state = compile<float>(read_scene("slide_to_roll"));
   EXPECT_THROW(RecordingWriter<float>(folder.file("no/x.h5"), {}, state), Error);
-  std::filesystem::create_directory(path + ".part");  // in the way
+  const std::string path = folder.file(std::string(252, 'x'));  // the name of an unfinished file is longer
   EXPECT_THROW(RecordingWriter<float>(path, {}, state), Error);
-  EXPECT_EQ(RecordingReader(path).steps(), 3u);
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 // ---- killed --------------------------------------------------------------------------------------------------------

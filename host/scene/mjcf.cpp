@@ -315,7 +315,8 @@ class MjcfReader {
   }
 
   void name_joint(const MjcfJoint& in) {
-    const MjcfJointName name = {static_cast<u32>(robot_.joints.size()), in.reference, in.joint.armature, in.actuator_forces};
+    const MjcfJointName name = {static_cast<u32>(robot_.joints.size()), in.reference, in.joint.armature,
+                                in.actuator_forces};
     if (!names_.joints.emplace(in.joint.name, name).second)
       throw Error(Failure::input, in.joint.location, "has the name of another joint; names must differ");
   }

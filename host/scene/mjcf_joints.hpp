@@ -14,7 +14,7 @@ namespace lockstep {
 /// A joint whose links and place are not known yet, and how its coordinate is counted in the file.
 struct MjcfJoint {
   RobotJoint joint;
-  double reference = 0;  // the coordinate at load
+  double reference = 0;                               // the coordinate at load
   std::array<double, 2> actuator_forces = any_force;  // of all its actuators together
 };
 
