@@ -1,5 +1,7 @@
 #include "host/world/validate.hpp"
 
+#include <cmath>
+
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -110,7 +112,8 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
   if (spring.forces != any_force) {
-    expect_finite(spring.forces, where.c_str());
+    expect(std::isfinite(spring.forces[0]) && std::isfinite(spring.forces[1]),
+           "must have a spring whose least and most force are numbers, or neither given");
     expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
     expect(
         joint.motor_force == 0 && joint.friction == 0,
