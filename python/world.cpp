@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/read_robots.hpp"
+#include "host/scene/robot_reading.hpp"
 #include "python/shared_world.hpp"
 
 namespace lockstep::python {
@@ -13,8 +15,9 @@ WorldOptions options_of(const py::object& device, const std::string& precision, 
   return {py::str(device).cast<std::string>(), precision, threads, solver, quiet};
 }
 
+// What a robot file says that is left out concerns who runs it, an old key who wrote it.
 Scene warned(Scene scene) {
-  warn(scene.source, scene.notes);
+  warn(scene.source, scene.notes, is_robot(scene.source) ? PyExc_UserWarning : PyExc_DeprecationWarning);
   return scene;
 }
 
@@ -65,13 +68,19 @@ void add_making(WorldClass& world) {
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             const std::string& solver, u32 seed, bool quiet) {
-            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed)),
+             const std::string& solver, u32 seed, bool quiet, bool strict,
+             const std::map<std::string, std::string>& packages) {
+            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed, {strict, packages})),
                                                  options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
-          "A world of a scene file, a robot, or a built-in scene by its name.")
+          py::arg("strict") = false, py::arg("packages") = std::map<std::string, std::string>(),
+          "A world of a scene file, a robot, or a built-in scene by its name. Of robot files: strict refuses those "
+          "that "
+          "say what is not used, which is left out with a warning otherwise; packages has the folders of "
+          "package://NAME "
+          "by name.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
           "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");

@@ -103,6 +103,26 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
+  const std::string group = "Robots";
+  command
+      .add_flag("--strict", options.robots.strict,
+                "Refuse robot files that say what is not used, which is left out otherwise")
+      ->group(group);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--package",
+          [&options](const std::vector<std::string>& packages) {
+            for (const std::string& package : packages) {
+              const std::size_t at = package.find('=');
+              if (at == package.npos || at == 0)
+                throw CLI::ValidationError("--package", "must be NAME=FOLDER, is '" + package + "'");
+              options.robots.packages[package.substr(0, at)] = package.substr(at + 1);
+            }
+          },
+          "The folder of package://NAME in robot files, before those above them and ROS_PACKAGE_PATH")
+      ->type_name("NAME=FOLDER")
+      ->allow_extra_args(false)
+      ->group(group);
   add_setting_options(command, options);
 }
 
@@ -148,7 +168,7 @@ void apply_given(const SceneOptions& options, Settings& settings, std::initializ
 }
 
 Scene read_scene_with(const SceneOptions& options) {
-  Scene scene = read_scene(options.scene, options.seed);
+  Scene scene = read_scene(options.scene, options.seed, options.robots);
   print_notes(scene);
   Settings& settings = scene.settings;
   if (options.solver && *options.solver != settings.solver) replace_solver(settings, *options.solver);

@@ -5,16 +5,19 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "host/error.hpp"
 
 namespace lockstep {
 
-/// How robot files are read, whatever their format.
-struct RobotReading {
-  bool strict = false;                          // what would be left out is refused
-  std::map<std::string, std::string> packages;  // folders of package://NAME, before all others
-};
+/// The first three of a list, and how many there are beside them.
+inline std::string first_few(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 3;
+  std::string line;
+  for (std::size_t i = 0; i < names.size() && i < most; ++i) line += (i == 0 ? "" : ", ") + names[i];
+  return names.size() > most ? line + fmt::format(" and {} more", names.size() - most) : line;
+}
 
 class LeftOut {
  public:

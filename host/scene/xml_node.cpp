@@ -77,6 +77,12 @@ void XmlNode::expect_children(std::initializer_list<std::string_view> known,
   }
 }
 
+std::vector<std::string> XmlNode::attributes() const {
+  std::vector<std::string> names;
+  for (const auto* a = element_->FirstAttribute(); a != nullptr; a = a->Next()) names.emplace_back(a->Name());
+  return names;
+}
+
 std::vector<XmlNode> XmlNode::children(const char* name) const {
   std::vector<XmlNode> nodes;
   for (const auto* e = element_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name))
@@ -124,7 +130,14 @@ std::vector<double> XmlNode::numbers(const char* attribute, std::size_t least, s
   };
   std::vector<double> values;
   bool good = true;
-  for (skip_spaces(); at != end && good; skip_spaces()) {
+  const auto skip_separator = [&] {
+    skip_spaces();
+    if (!good || at == end || *at != ',') return;
+    ++at;
+    skip_spaces();
+    good = at != end;
+  };
+  for (skip_spaces(); at != end && good; skip_separator()) {
     if (*at == '+') ++at;
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
