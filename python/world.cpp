@@ -71,14 +71,21 @@ void add_making(WorldClass& world) {
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate) {
-            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed, {strict, approximate})),
-                                                 options_of(device, precision, threads, solver, quiet));
+             const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
+             const std::map<std::string, std::string>& packages) {
+            return std::make_unique<SharedWorld>(
+                warned(read_scene(path_or_name, seed, {strict, approximate, packages})),
+                options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
           py::arg("strict") = false, py::arg("approximate") = false,
-          "A world of a scene file, a robot, or a built-in scene by its name.")
+          py::arg("packages") = std::map<std::string, std::string>(),
+          "A world of a scene file, a robot, or a built-in scene by its name. Of robot files: strict refuses what "
+          "would\n"
+          "be left out, of which a warning tells; approximate leaves out, and tells, what changes the motion and is "
+          "not\n"
+          "simulated; packages has the folders of package://NAME by name.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
           "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");

@@ -111,6 +111,30 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
+  const std::string group = "Robots";
+  command
+      .add_flag("--strict", options.reading.strict,
+                "Refuse what of a robot's file would be left out, which is told otherwise (docs/formats.md)")
+      ->group(group);
+  command
+      .add_flag("--approximate", options.reading.approximate,
+                "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told")
+      ->group(group);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--package",
+          [&options](const std::vector<std::string>& packages) {
+            for (const std::string& package : packages) {
+              const std::size_t at = package.find('=');
+              if (at == package.npos || at == 0)
+                throw CLI::ValidationError("--package", "must be NAME=FOLDER, is '" + package + "'");
+              options.reading.packages[package.substr(0, at)] = package.substr(at + 1);
+            }
+          },
+          "The folder of package://NAME in robot files, before those above them and ROS_PACKAGE_PATH")
+      ->type_name("NAME=FOLDER")
+      ->allow_extra_args(false)
+      ->group(group);
   add_setting_options(command, options);
 }
 
@@ -137,10 +161,6 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
   command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws");
-  command.add_flag("--strict", options.reading.strict,
-                   "Refuse what of a robot's file would be left out, which is told otherwise (docs/formats.md)");
-  command.add_flag("--approximate", options.reading.approximate,
-                   "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told");
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
 }

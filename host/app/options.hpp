@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "host/scene/left_out.hpp"
+#include "host/scene/robot_reading.hpp"
 #include "host/scene/scene.hpp"
 #include "host/steppers/stepper.hpp"
 

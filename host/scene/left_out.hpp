@@ -6,20 +6,23 @@
 #include <vector>
 
 #include "host/error.hpp"
+#include "host/scene/robot_reading.hpp"
 
 namespace lockstep {
 
-/// How a robot's file is to be read.
-struct RobotReading {
-  bool strict = false;       // refuses what would be left out
-  bool approximate = false;  // leaves out, or replaces, what changes the motion, too
-};
+/// The first three of a list, and how many there are beside them.
+inline std::string first_few(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 3;
+  std::string line;
+  for (std::size_t i = 0; i < names.size() && i < most; ++i) line += (i == 0 ? "" : ", ") + names[i];
+  return names.size() > most ? line + " and " + std::to_string(names.size() - most) + " more" : line;
+}
 
 class LeftOut {
  public:
-  explicit LeftOut(RobotReading reading) : reading_(reading) {}
+  explicit LeftOut(const RobotReading& reading) : reading_(reading) {}
 
-  RobotReading reading() const { return reading_; }
+  const RobotReading& reading() const { return reading_; }
 
   /// `what` stands at `location`, and moves nothing.
   void add(const std::string& location, const std::string& what) {

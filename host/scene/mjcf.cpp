@@ -350,7 +350,7 @@ class MjcfReader {
 
 }  // namespace
 
-Robot parse_mjcf(const std::string& text, const std::string& source, RobotReading reading) {
+Robot parse_mjcf(const std::string& text, const std::string& source, const RobotReading& reading) {
   XmlDocument document(text, source);
   const XmlNode top = document.top("mujoco", "an MJCF file");
   follow_includes(document, top);

@@ -12,7 +12,7 @@ namespace lockstep {
 /// The link "world" is the root, and does not move. Throws Error (input): one line with the file, its line, what is
 /// wrong and the cure. Meshes are looked for from the folder of `source`.
 /// `Robot::notes` say what was left out.
-Robot parse_mjcf(const std::string& text, const std::string& source, RobotReading reading = {});
+Robot parse_mjcf(const std::string& text, const std::string& source, const RobotReading& reading = {});
 
 /// Whether a file of this name is read as MJCF.
 bool is_mjcf(const std::string& path);

@@ -150,7 +150,7 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& source, u32 seed, RobotReading reading) {
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed, const RobotReading& reading) {
   if (is_robot(source)) return robot_scene(text, source, reading);
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
@@ -193,6 +193,10 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed, 
   expect_joints_of_passing(scene);
   if (root.has("sensors")) scene.sensors = read_sensors(root.at("sensors"), scene);
   return scene;
+}
+
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
+  return parse_scene(text, source, seed, {});
 }
 
 BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
@@ -248,7 +252,7 @@ std::optional<CameraDescription> parse_camera(const std::string& text, const std
   return read_camera(root.at("camera"));
 }
 
-Scene read_scene(const std::string& path_or_name, u32 seed, RobotReading reading) {
+Scene read_scene(const std::string& path_or_name, u32 seed, const RobotReading& reading) {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : embedded_scenes()) {
     names.push_back(stem(std::string(file.name)));
@@ -263,6 +267,8 @@ Scene read_scene(const std::string& path_or_name, u32 seed, RobotReading reading
   }
   return parse_scene(read_text_file(path_or_name), path_or_name, seed, reading);
 }
+
+Scene read_scene(const std::string& path_or_name, u32 seed) { return read_scene(path_or_name, seed, {}); }
 
 std::vector<SceneListing> built_in_scenes() {
   std::vector<SceneListing> listings;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/left_out.hpp"
+#include "host/scene/robot_reading.hpp"
 #include "host/scene/scene.hpp"
 
 namespace lockstep {
@@ -14,10 +14,10 @@ namespace lockstep {
 /// value". With another seed than 0 what it draws at random is drawn otherwise: jitters take as their seed the one in
 /// the file plus `seed` times seed_stride, modulo 2^32. Scene::notes say what was left out of robots, which
 /// `reading` refuses, or allows more of.
-Scene read_scene(const std::string& path_or_name, u32 seed = 0, RobotReading reading = {});
+Scene read_scene(const std::string& path_or_name, u32 seed = 0, const RobotReading& reading = {});
 
 /// Reads a scene from JSON text, or a robot where `source`, which stands for the file in errors, ends in .urdf or .xml.
-Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0, RobotReading reading = {});
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0, const RobotReading& reading = {});
 
 /// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source);

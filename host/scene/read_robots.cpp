@@ -22,12 +22,12 @@ namespace fs = std::filesystem;
 // How long a robot that says its time step runs, unless the run is told.
 constexpr double shown_seconds = 5;
 
-Robot parse_robot(const std::string& text, const std::string& source, RobotReading reading) {
-  return is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source);
+Robot parse_robot(const std::string& text, const std::string& source, const RobotReading& reading) {
+  return is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source, reading);
 }
 
 // Those of the built-in scenes are in the library.
-Robot read_robot_file(const JsonNode& name, RobotReading reading) {
+Robot read_robot_file(const JsonNode& name, const RobotReading& reading) {
   const fs::path path = fs::path(name.source()).parent_path() / name.text();
   for (const EmbeddedFile& file : embedded_robots())
     if (file.name == path.string()) return parse_robot(std::string(file.text), path.string(), reading);
@@ -101,7 +101,7 @@ void add(RobotComponents components, Scene& scene) {
 
 }  // namespace
 
-void read_robots(const JsonNode& array, Names& names, RobotReading reading, Scene& scene) {
+void read_robots(const JsonNode& array, Names& names, const RobotReading& reading, Scene& scene) {
   std::map<std::string, Robot> robots;  // each file once
   BodyCounts all;
   for (const BodyDescription& body : scene.bodies) all.add(body);
@@ -142,14 +142,14 @@ void read_robots(const JsonNode& array, Names& names, RobotReading reading, Scen
   }
 }
 
-Scene robot_scene(const std::string& text, const std::string& source, RobotReading reading) {
+Scene robot_scene(const std::string& text, const std::string& source, const RobotReading& reading) {
   const Robot robot = parse_robot(text, source, reading);
   Scene scene;
   scene.source = source;
   scene.text = text;
-  scene.notes = robot.notes;
   scene.name = fs::path(source).stem().string();
   scene.description = fmt::format("The robot {}, alone", robot.name);
+  scene.notes = robot.notes;
   if (robot.gravity) scene.gravity = *robot.gravity;
   if (robot.dt) {
     // light links between the joints of a body and stiff actuators want more than a few sweeps

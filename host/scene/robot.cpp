@@ -100,7 +100,7 @@ class Assembly {
     for (u32 i = 0; i < robot_.links.size(); ++i) {
       if (head_[i] != i) continue;
       const RobotLink& link = robot_.links[i];
-      const bool is_still = i == robot_.root && (use_.fixed || link.name == "world");
+      const bool is_still = i == robot_.root && (use_.fixed || robot_.root_is_fixed || link.name == "world");
       if (is_still && shapes_[i].empty()) continue;  // its joints are to the fixed frame
       BodyDescription body;
       body.name = use_.name + "/" + link.name;

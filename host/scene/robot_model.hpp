@@ -77,13 +77,14 @@ struct Robot {
   std::vector<RobotLink> links;
   std::vector<RobotJoint> joints;  // a parent before its children
   u32 root = 0;                    // the link that is no child
+  bool root_is_fixed = false;      // it does not move, whatever a scene says
   std::vector<RobotLoop> loops;
   std::vector<std::array<u32, 2>> passing;  // links that pass through each other
   std::optional<RobotContacts> contacts;    // none: as the scene says
+  std::vector<std::string> notes;           // what was left out or replaced, a line each
   // where a robot is a scene of its own
   std::optional<Vector3> gravity;
   std::optional<double> dt;
-  std::vector<std::string> notes;  // what was left out or replaced, a line each
 };
 
 }  // namespace lockstep

@@ -137,7 +137,14 @@ std::vector<double> XmlNode::numbers(const char* attribute, std::size_t least, s
   };
   std::vector<double> values;
   bool good = true;
-  for (skip_spaces(); at != end && good; skip_spaces()) {
+  const auto skip_separator = [&] {
+    skip_spaces();
+    if (!good || at == end || *at != ',') return;
+    ++at;
+    skip_spaces();
+    good = at != end;
+  };
+  for (skip_spaces(); at != end && good; skip_separator()) {
     if (*at == '+') ++at;
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);

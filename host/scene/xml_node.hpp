@@ -57,8 +57,8 @@ class XmlNode {
   double number(const char* attribute) const;      // finite
   double positive(const char* attribute) const;    // > 0
   double not_negative(const char* attribute) const;
-  Vector3 vector(const char* attribute) const;  // three numbers with spaces between them
-  /// So many numbers, with spaces between them.
+  Vector3 vector(const char* attribute) const;  // three numbers
+  /// So many numbers, with spaces or a comma between each two.
   std::vector<double> numbers(const char* attribute, std::size_t least, std::size_t most) const;
 
  private:
