@@ -52,8 +52,8 @@ void separate_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 b
     for (u32 k = 0; k < count; ++k) {
       const ContactBlock<real>& row = buffers.contact_blocks[first + k];
       const ContactArms<real> c = contact_arms<real>(row, lane);
-      const real moved = dot3(c.normal, velocity_at(c.arm_a, c.arm_b, moved_a, moved_b));
-      const real next = d[k] + (wanted[k] - moved) / row.w_nn[lane], kept = next > 0 ? next : real(0);
+      const real apart = dot3(c.normal, velocity_at(c.arm_a, c.arm_b, moved_a, moved_b));
+      const real next = d[k] + (wanted[k] - apart) / row.w_nn[lane], kept = next > 0 ? next : real(0);
       push_at(c.arm_a, c.arm_b, bodies.kind[lane], scale3(kept - d[k], c.normal), moved_a, moved_b);
       d[k] = kept;
     }

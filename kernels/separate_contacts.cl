@@ -84,8 +84,8 @@ static inline void separate_pairs(const StepParams* params, u32 block, u32 first
       global const ContactBlock* row = s->contacts + rows.first + k;
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
       const Lane3 normal = LANE_NORMAL(row, first), arm_a = LANE_ARM_A(row, first), arm_b = LANE_ARM_B(row, first);
-      const lane moved = lane_dot3(normal, lane_velocity_at(arm_a, arm_b, &a, &b));
-      const lane next = d[k] + (wanted[k] - moved) / LANE_LOAD(row->w_nn + first),
+      const lane apart = lane_dot3(normal, lane_velocity_at(arm_a, arm_b, &a, &b));
+      const lane next = d[k] + (wanted[k] - apart) / LANE_LOAD(row->w_nn + first),
                  kept = next > (lane)0 ? next : (lane)0;
       LaneBody next_a = a, next_b = b;
       lane_push_at(arm_a, arm_b, general, lane_scale3(kept - d[k], normal), &next_a, &next_b);

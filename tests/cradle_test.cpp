@@ -43,7 +43,7 @@ class Cradle : public testing::TestWithParam<Method> {
 };
 INSTANTIATE_TEST_SUITE_P(Methods, Cradle,
                          testing::Values(Method{"gauss_seidel", R"(, "iterations": 20)"},
-                                         Method{"dense_gauss_seidel", R"(, "iterations": 40)"},
+                                         Method{"dense_gauss_seidel", R"(, "iterations": 20)"},
                                          Method{"small_steps", R"(, "iterations": 10, "relaxations": 10)"},
                                          Method{"auto", ""}));
 

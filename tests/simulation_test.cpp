@@ -286,7 +286,7 @@ TEST(Simulation, TheFirstStepOfARunGetsTenTimesTheSweeps) {
 
 // Two links stand out level from a wall in hinges that rub by 20 N m, where their weight asks for 9.81 and 2.4525 N m:
 // nothing moves, from the first step on.
-TEST(Simulation, HingesWithFrictionDoNotSlipAtFirst) {
+TEST(Simulation, HingesThatRubDoNotSlipAtFirst) {
   for (const char* joint_solver : {"sweeps", "direct"}) {
     const Scene scene =
         parse_scene(std::string(R"({"settings": {"dt": 0.01, "joint_solver": ")") + joint_solver + R"("},
