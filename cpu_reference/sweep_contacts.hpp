@@ -34,9 +34,8 @@ ContactLaw<real> contact_law(Purpose purpose, const Buffers<real>& buffers, u32 
 
 /// Solves a pair: its contacts one after another, and its normals together before and behind them. Springs share what
 /// rests on the points of a pair among them, and solved exactly they tremble: their normals are solved together from
-/// the solve on in which the pair is hit. Those that relax are hard, and what pushed overlap apart is taken back of all
-/// points at once, before their friction: behind it, friction would not see its normals. Returns the largest of the
-/// squares of by how much the solves of single contacts changed relative velocities.
+/// the solve on in which the pair is hit. Returns the largest of the squares of by how much the solves of single
+/// contacts changed relative velocities.
 template <class real>
 real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
@@ -49,25 +48,17 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     }
   };
   if (buffers.patch_blocks.empty()) {
-    const auto solve_normals = [&] {
-      if (buffers.normal_couplings.empty() || count < 2) return;
-      const auto law = [&](u32 row) { return contact_law(purpose, buffers, row, lane); };
-      solve_coupled_normals(buffers.normal_couplings[block], buffers.contact_blocks, buffers.impulse_blocks, first,
-                            count, bodies.kind[lane], lane, law, a, b);
-    };
     const auto solve_normals_if_hit = [&] {
       if (buffers.normal_couplings.empty() || count < 2) return;
       NormalCoupling<real>& couplings = buffers.normal_couplings[block];
       const bool has_springs = !buffers.softness_blocks.empty();
       if (has_springs && !is_pair_hit(couplings, buffers.contact_blocks, first, count, lane, a, b)) return;
       if (has_springs) couplings.hit_speed[lane] = 0;
-      solve_normals();
+      const auto law = [&](u32 row) { return contact_law(purpose, buffers, row, lane); };
+      solve_coupled_normals(couplings, buffers.contact_blocks, buffers.impulse_blocks, first, count, bodies.kind[lane],
+                            lane, law, a, b);
     };
-    if (purpose == Purpose::relax) {
-      solve_normals();
-    } else {
-      solve_normals_if_hit();
-    }
+    solve_normals_if_hit();
     for_each_row([&](u32 row, ContactLaw<real> law, const auto& contact, auto& impulses) {
       if (buffers.angular_friction_blocks.empty())
         return solve_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);

@@ -47,27 +47,26 @@ static inline void solve_row(const u32 purpose, u32 first, u32 row, lane_mask ge
 }
 
 #if FEATURE_COUPLED_NORMALS
-// Those that are hit, from now on: of hard contacts all, of springs those with a point that closes fast.
-static inline lane_mask hit_pairs(u32 first, u32 block, lane_mask several, const ContactStream* s, const LaneBody* a,
-                                  const LaneBody* b) {
+// Of hard contacts, all are.
+static inline lane_mask hit_pairs(u32 first, u32 block, const ContactStream* s, const LaneBody* a, const LaneBody* b) {
 #if FEATURE_SOFT_CONTACTS
   const BlockRows rows = s->rows[block];
-  if (rows.count < 2u) return (lane)0 > (lane)0;
-  const lane_mask pairs =
-      several & lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b);
-  global real* const hit_speed = s->couplings[block].hit_speed + first;
-  if (LANE_ANY(pairs)) LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
-  return pairs;
+  return rows.count > 1u ? lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b)
+                         : (lane_mask)0;
 #else
-  return several;
+  return (lane_mask)(-1);
 #endif
 }
 
-// The normals of `pairs`, where there are any.
+// The normals of `pairs`, where there are any: those that are hit, from now on.
 static inline void solve_pair_normals(const u32 purpose, u32 first, u32 block, lane_mask pairs, lane_mask general,
                                       const ContactStream* s, LaneBody* a, LaneBody* b) {
   if (!LANE_ANY(pairs)) return;
   const BlockRows rows = s->rows[block];
+#if FEATURE_SOFT_CONTACTS
+  global real* const hit_speed = s->couplings[block].hit_speed + first;
+  LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
+#endif
   solve_coupled_normals(purpose, first, rows.count, pairs, general, s->couplings + block, s->contacts + rows.first,
                         s->softness + rows.first, s->impulses + rows.first, a, b);
 }
@@ -85,8 +84,7 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
 #endif
 #if FEATURE_COUPLED_NORMALS
   const lane_mask several = LANE_MASK(count > (lane_u32)1);
-  const lane_mask before = purpose == PURPOSE_RELAX ? several : hit_pairs(first, block, several, s, a, b);
-  solve_pair_normals(purpose, first, block, before, general, s, a, b);
+  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
 #endif
   solve_row(purpose, first, rows.first, general, s, a, b, change);
 #if FEATURE_MANIFOLDS
@@ -99,7 +97,7 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
   }
 #endif
 #if FEATURE_COUPLED_NORMALS
-  solve_pair_normals(purpose, first, block, hit_pairs(first, block, several, s, a, b), general, s, a, b);
+  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
 #endif
 }
 

@@ -415,11 +415,6 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::manifolds) && has(features, Feature::general_contacts) && settings.coupled_normals &&
       !(tolerance_of(settings) > 0))
     features = with(features, Feature::coupled_normals);
-  const bool reduced = std::string_view(name_of(settings.solver)).starts_with("reduced_");
-  if (has(features, Feature::contacts) && !has(features, Feature::jacobi) && !has(features, Feature::partitions) &&
-      !has(features, Feature::pivots) && settings.solver != Solver::small_steps && !reduced &&
-      settings.stabilization == Stabilization::positions && settings.correction > 0)
-    features = with(features, Feature::separated_contacts);
   if (constrained && tolerance_of(settings) > 0) {
     if (worlds_.size() > 1 && !has(features, Feature::gradient))
       throw Error(Failure::input, worlds_[0].source + ": /settings/tolerance",
