@@ -89,7 +89,7 @@ TYPED_TEST(Armature, WeighsNothingAndResistsAcceleration) {
     for (const auto& [name, scene] : all_solvers(falling(force))) {
       const Buffers<real> after = after_steps<real>(scene, 50);
       EXPECT_NEAR(double(after.motions[0].v[2]), 0.5 * (force - 2 * g) / 5, 10 * rounding<real>) << name;
-      EXPECT_NEAR(double(after.positions[0].x), 0.3, rounding<real>) << name;
+      EXPECT_NEAR(double(after.positions[0].x), 0.3, 1e-5) << name;  // small_steps has soft joints
     }
     if constexpr (sizeof(real) == 8) {
       for (const char* oracle : oracles)
