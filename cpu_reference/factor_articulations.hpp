@@ -17,7 +17,7 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
   const u32 lane = link.slot % PACK;
   const JointInfo& info = b.joint_infos[link.joint];
   const real sign = link.is_b != 0 ? real(1) : real(-1);
-  const bool driven = block.motor_impulse[lane] > 0, fixed = block.slowest[lane] == block.fastest[lane];
+  const bool driven = block.motor_impulse[lane] != 0, fixed = block.slowest[lane] == block.fastest[lane];
   const u32 rows = info.locked | (info.free != FREE_NOTHING && fixed && !driven ? 1u << JOINT_ROWS : 0u);
   const Vec3<real> axes[] = {joint_vector(block.axes, lane), joint_vector(block.axes + 3, lane),
                              joint_vector(block.axes + 6, lane)};

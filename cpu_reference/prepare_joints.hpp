@@ -224,7 +224,7 @@ void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, c
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, std::sqrt(separation));
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO, std::sqrt(size > 0 ? separation / size : real(0)));
   raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, std::sqrt(angle));
-  if (!(joint.spring_compliance > 0)) return;
+  if (!(joint.spring_compliance > 0) || joint.motor_force < 0) return;  // of bounded force: it keeps no energy
   const real stretch = current.coordinate - joint.low;
   const real stiffness = joint.rate / (joint.spring_compliance * params.dt);
   add_energy(counters, COUNTER_ENERGY,
@@ -298,7 +298,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   block.spring[lane] = joint.spring;
   block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
   block.coupled_mobility[lane] = coupled_mobility;
-  block.motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < 0;
+  block.motor_speed[lane] = bounds_spring ? joint.motor_speed * params.dt : joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
   const real before = free_velocity_before(buffers, params, info, current);
   const SpringLaw<real> spring =

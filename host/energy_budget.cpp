@@ -38,6 +38,8 @@ EnergySource source_of(const Buffers<real>& b, Features features) {
     return joint.motor_speed != 0 && double(joint.motor_force) >= double(JOINT_UNBOUNDED);
   };
   if (has(features, Feature::joints) && std::ranges::any_of(b.joints, drives)) return EnergySource::unbounded_motors;
+  const auto is_servo = [](const Joint<real>& joint) { return joint.motor_force < 0; };
+  if (has(features, Feature::joints) && std::ranges::any_of(b.joints, is_servo)) return EnergySource::servos;
   const auto is_soft = [](const Joint<real>& joint) { return joint.spring != 0; };
   if (has(features, Feature::joints) && std::ranges::any_of(b.joints, is_soft)) return EnergySource::soft_joints;
   return EnergySource::none;
@@ -56,7 +58,8 @@ std::vector<Buffer> energy_buffers(Features features) {
 template <class real>
 double motor_power(const std::vector<Joint<real>>& joints) {
   double power = 0;
-  for (const Joint<real>& joint : joints) power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
+  for (const Joint<real>& joint : joints)
+    if (joint.motor_force > 0) power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
   return power;
 }
 

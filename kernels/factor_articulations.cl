@@ -14,7 +14,7 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
                                    global LinkFactor* f) {
   const u32 at = link.slot % PACK;
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  const bool driven = block->motor_impulse[at] > (real)0, fixed = block->slowest[at] == block->fastest[at];
+  const bool driven = block->motor_impulse[at] != (real)0, fixed = block->slowest[at] == block->fastest[at];
   const u32 rows = info.locked | (info.free != FREE_NOTHING && fixed && !driven ? 1u << JOINT_ROWS : 0u);
   Vec3 axes[3];
   for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);

@@ -44,7 +44,8 @@ RECORD(Joint) {
   real frame_b[4];         // joint to body b
   real low, high;          // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
   real motor_speed;        // m/s or rad/s, of b against a
-  real motor_force;        // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0
+  real motor_force;        // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0.
+                           // Below 0: the spring pushes with motor_speed -+ this, N or N m
   real limited;            // 1 or 0
   real spring;             // 1 where softness is meant, not only a way to solve: it is not relaxed
   real rate;               // of the free coordinate's spring: u + rate (x - low) + compliance r = 0, 1/s

@@ -205,7 +205,7 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
   measure->separation = separation > measure->separation ? separation : measure->separation;
   measure->ratio = ratio > measure->ratio ? ratio : measure->ratio;
   measure->angle = angle > measure->angle ? angle : measure->angle;
-  if (!(joint->spring_compliance > (real)0)) return;
+  if (!(joint->spring_compliance > (real)0) || joint->motor_force < (real)0) return;
   const real stretch = current->coordinate - joint->low;
   const real stiffness = joint->rate / (joint->spring_compliance * params->dt);
   measure->energy += energy_units((real)0.5 * stiffness * (stretch * stretch), params->units_per_joule);
@@ -255,7 +255,8 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   block->spring[lane] = joint.spring;
   block->free_mobility[lane] = is_free ? free_mobility : (real)0;
   block->coupled_mobility[lane] = coupled_mobility;
-  block->motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < (real)0;
+  block->motor_speed[lane] = bounds_spring ? joint.motor_speed * params->dt : joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
   block->lead[lane] = sizes.lead;
   real before = (real)0;

@@ -106,6 +106,10 @@ real free_impulse(const JointBlock<real>& block, u32 lane, real e, real q, real 
   const real driven = brakes ? idle - motor_change : (pushes ? idle + motor_change : wanted);
   if (!sprung) return (bounded_speed(driven, slowest, fastest, bound_softness) - q) / e;
   const real alone = (slowest - q) / (e + spring_compliance);
+  if (motor_impulse < 0) {  // a spring of bounded force
+    const real least = wanted + motor_impulse, most = wanted - motor_impulse;
+    return alone < least ? least : (alone > most ? most : alone);
+  }
   if (!(motor_impulse > 0)) return alone;
   if (brakes) return alone - left * motor_impulse;
   return pushes ? alone + left * motor_impulse : (wanted - q) / e;

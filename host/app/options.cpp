@@ -129,6 +129,10 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
   command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws");
+  command.add_flag("--strict", options.reading.strict,
+                   "Refuse what of a robot's file would be left out, which is told otherwise (docs/formats.md)");
+  command.add_flag("--approximate", options.reading.approximate,
+                   "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told");
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
 }
@@ -148,7 +152,7 @@ void apply_given(const SceneOptions& options, Settings& settings, std::initializ
 }
 
 Scene read_scene_with(const SceneOptions& options) {
-  Scene scene = read_scene(options.scene, options.seed);
+  Scene scene = read_scene(options.scene, options.seed, options.reading);
   print_notes(scene);
   Settings& settings = scene.settings;
   if (options.solver && *options.solver != settings.solver) replace_solver(settings, *options.solver);

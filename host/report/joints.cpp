@@ -229,7 +229,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
-  if (joint.spring_compliance == 0) return 0;
+  if (joint.spring_compliance == 0 || joint.motor_force < 0) return 0;
   const double stretch = coordinate(buffers, double(params.dt), index, offset_of(buffers, index)) - double(joint.low);
   const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
   return 0.5 * stiffness * stretch * stretch;

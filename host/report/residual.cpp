@@ -278,6 +278,10 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 double wanted_speed(const SystemJoint& j, double u) {
   const double e = j.effective_mobility, q = u - e * j.free_impulse;
   if (j.spring_compliance > 0) {
+    if (j.motor_impulse < 0) {
+      const double alone = (j.slowest - q) / (e + j.spring_compliance);
+      return q + e * std::clamp(alone, j.motor_speed + j.motor_impulse, j.motor_speed - j.motor_impulse);
+    }
     const double left = j.spring_compliance / (e + j.spring_compliance), idle = j.slowest + left * (q - j.slowest);
     const double motor_change = left * e * j.motor_impulse;
     return std::clamp(j.motor_speed, idle - motor_change, idle + motor_change);

@@ -68,6 +68,8 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
   out.rate = rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin);
   rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
   out.spring_compliance = static_cast<real>(1 / (h * stiff));
+  if (!(in.forces[0] < in.forces[1]))
+    throw Error(Failure::input, "a spring", "the least of its forces must be below the most");
 }
 
 template <class real>

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "host/error.hpp"
 #include "host/in_double.hpp"
 #include "host/item_error.hpp"
 #include "host/scene/joint_angles.hpp"
@@ -126,6 +127,8 @@ Demand demand_of(const ContactSystem& system, const Buffers<double>& b, const La
   }
   for (std::size_t j = 0; j < b.joints.size(); ++j) {
     const lockstep::Joint<double>& joint = b.joints[j];
+    if (joint.motor_force < 0)
+      throw Error(Failure::input, "joint", "has a spring of bounded force, which this solver has no rows for");
     if (b.joint_infos[j].free != FREE_NOTHING && joint.motor_force > 0)
       demand.drives.push_back({j, joint.motor_speed, joint.motor_force * dt});
   }

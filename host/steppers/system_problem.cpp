@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/error.hpp"
 #include "host/item_error.hpp"
 
 namespace lockstep {
@@ -246,6 +247,8 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
     }
     return;
   }
+  if (j.motor_impulse < 0)
+    throw Error(Failure::input, "joint", "has a spring of bounded force, which this solver has no rows for");
   const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), {on_a, on_b})[0];
   joints.laws.push_back({.speed = size * j.motor_speed - fixed,
                          .max_impulse = j.motor_impulse / size,

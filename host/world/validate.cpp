@@ -1,5 +1,7 @@
 #include "host/world/validate.hpp"
 
+#include <cmath>
+
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -108,6 +110,14 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect(!joint.limited, "must not have both limits and a spring; give one of them to a joint of its own");
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
+  if (spring.forces != any_force) {
+    expect(std::isfinite(spring.forces[0]) && std::isfinite(spring.forces[1]),
+           "must have a spring whose least and most force are numbers, or neither given");
+    expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
+    expect(
+        joint.motor_force == 0 && joint.friction == 0,
+        "must not have a motor or friction beside a spring of bounded force; give one of them to a joint of its own");
+  }
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
 }
 

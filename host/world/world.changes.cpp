@@ -110,6 +110,9 @@ void World::set_gravity(const Vector3& gravity) {
   if (precision_of(p.scene.settings) == "float" &&
       std::ranges::any_of(gravity, [](double g) { return std::abs(g) > most; }))
     throw Error(Failure::input, "gravity", "must be what float numbers can hold");
+  if (std::ranges::any_of(p.scene.bodies, [](const BodyDescription& body) { return body.gravity_share != 1; }))
+    throw Error(Failure::input, "gravity",
+                "stays as it is in a world where loads hold the weight of bodies (gravcomp)");
   p.scene.gravity = gravity;
   p.gravity_set = true;
 }

@@ -100,7 +100,9 @@ static inline lane lane_free_impulse(global const JointBlock* block, u32 first, 
 #if FEATURE_JOINT_SPRINGS
   const lane alone = (slowest - q) / (e + spring_compliance), motor = left * motor_impulse;
   const lane beside = brakes ? alone - motor : (pushes ? alone + motor : (wanted - q) / e);
-  const lane soft = motor_impulse > (lane)0 ? beside : alone;
+  const lane least = wanted + motor_impulse, most = wanted - motor_impulse;  // of a spring of bounded force
+  const lane bounded = alone < least ? least : (alone > most ? most : alone);
+  const lane soft = motor_impulse > (lane)0 ? beside : (motor_impulse < (lane)0 ? bounded : alone);
   return sprung ? soft : hard;
 #else
   return hard;
