@@ -35,7 +35,7 @@ TEST_F(RobotReadings, WhatNothingUsesIsCountedAndTold) {
   EXPECT_EQ(lockstep::refusal([&] {
               alone(text, {true, {}});
             }),
-            "robot.urdf:2: <sensor>: `sensor` is not used here, and reading is strict");
+            "robot.urdf:3: <transmission>: `transmission` is not used here, and reading is strict");
   EXPECT_TRUE(alone(link("a")).notes.empty());
   EXPECT_EQ(scene_of(robot(link("a") + "<gazebo/>")).notes, Lines{"robot.urdf: left out: 1 x `gazebo`"});
 }
@@ -108,7 +108,7 @@ TEST_F(RobotReadings, LinksWithoutMassAreFixedToWhatTheyHangOn) {
 }
 
 // Mass and moments at load stay those of the file.
-TEST_F(RobotReadings, ALinkWithoutMassBetweenTwoJointsTakesAPart) {
+TEST_F(RobotReadings, ALinkWithoutMassBetweenTwoJointsTakesAShare) {
   const Scene scene =
       alone(link("world", "") + link("cross", "") + link("a", inertial_of(R"(ixx="1" iyy="1.5" izz="2")", "0 0 3")) +
             joint("continuous", "world", "cross", R"(<axis xyz="1 0 0"/>)") +
