@@ -34,7 +34,7 @@ TEST_F(RobotReadings, WhatNothingUsesIsCountedAndTold) {
   EXPECT_EQ(alone(text).notes, (Lines{"left out: 1 x `calibration`, 1 x `gazebo`, 1 x `link kind`, 1 x `mass unit`, "
                                       "1 x `mujoco`, 1 x `sensor`, 2 x `transmission`"}));
   EXPECT_EQ(lockstep::refusal([&] { alone(text, {.strict = true}); }),
-            "robot.urdf:2: <sensor>: is not simulated: it would be left out (--strict)");
+            "robot.urdf:3: <transmission>: is not simulated: it would be left out (--strict)");
   EXPECT_TRUE(alone(link("a")).notes.empty());
   EXPECT_EQ(scene_of(robot(link("a") + "<gazebo/>")).notes, Lines{"robot.urdf: left out: 1 x `gazebo`"});
 }
@@ -107,7 +107,7 @@ TEST_F(RobotReadings, LinksWithoutMassAreFixedToWhatTheyHangOn) {
 }
 
 // Mass and moments at load stay those of the file.
-TEST_F(RobotReadings, ALinkWithoutMassBetweenTwoJointsTakesAPart) {
+TEST_F(RobotReadings, ALinkWithoutMassBetweenTwoJointsTakesAShare) {
   const Scene scene =
       alone(link("world", "") + link("cross", "") + link("a", inertial_of(R"(ixx="1" iyy="1.5" izz="2")", "0 0 3")) +
             joint("continuous", "world", "cross", R"(<axis xyz="1 0 0"/>)") +

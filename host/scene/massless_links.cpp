@@ -12,7 +12,7 @@ namespace lockstep {
 namespace {
 
 // What of a mass a link without any takes.
-constexpr double part_of_hanging = 0.05;
+constexpr double share_of_hanging = 0.05;
 
 // Of a link and those that are fixed to it, seen from the leaves.
 struct FixedLinks {
@@ -22,12 +22,12 @@ struct FixedLinks {
 
 // A part of the mass that hangs from a joint goes to the link that the joint is on, where it stands with the joint at
 // 0.
-void give_part(Robot& robot, const RobotJoint& joint, const FixedLinks& hanging) {
+void give_share(Robot& robot, const RobotJoint& joint, const FixedLinks& hanging) {
   std::vector<MassProperties> shares;
   for (u32 link : hanging.links) {
     std::optional<MassProperties>& own = robot.links[link].inertial;
-    MassProperties share = scaled(*own, part_of_hanging);
-    own = scaled(*own, 1 - part_of_hanging);
+    MassProperties share = scaled(*own, share_of_hanging);
+    own = scaled(*own, 1 - share_of_hanging);
     while (link != joint.parent) {
       const auto above = std::ranges::find(robot.joints, link, &RobotJoint::child);
       share = transformed(share, above->position, above->orientation);
@@ -54,7 +54,7 @@ void settle_massless_links(Robot& robot) {
       fixed.push_back(quote(robot.links[joint.child].name));
     } else if (is_light && !below.moving.empty()) {
       const RobotJoint& next = robot.joints[below.moving.front()];
-      give_part(robot, next, groups[next.child]);
+      give_share(robot, next, groups[next.child]);
       below.links.push_back(next.parent);
       shared.push_back(quote(robot.links[joint.child].name));
     }

@@ -41,8 +41,8 @@ std::optional<std::string> in_package(const fs::path& robot, const fs::path& res
                                       const std::map<std::string, std::string>& packages) {
   const std::string name = rest.begin() == rest.end() ? "" : rest.begin()->string();
   fs::path below;
-  for (auto part = rest.begin(); part != rest.end(); ++part)
-    if (part != rest.begin()) below /= *part;
+  for (auto piece = rest.begin(); piece != rest.end(); ++piece)
+    if (piece != rest.begin()) below /= *piece;
   if (const auto given = packages.find(name); given != packages.end()) return existing(fs::path(given->second) / below);
   std::error_code ignored;
   for (fs::path above = fs::absolute(robot.parent_path(), ignored);; above = above.parent_path()) {
