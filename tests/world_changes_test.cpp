@@ -379,7 +379,10 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
   joint = world.description(nail), joint.kind = JOINT_BALL;
   EXPECT_EQ(refusal([&] { world.change(nail, joint); }),
             "joint \"joint\": stays a hinge of its pitch and radius; remove it and add another");
-  EXPECT_EQ(refusal([&] { world.set_gravity({0, std::nan(""), 0}); }), "gravity: must be finite");
+  EXPECT_EQ(refusal([&] {
+              world.set_gravity({0, std::nan(""), 0});
+            }),
+            "gravity: must be finite and fit double, is nan");
   EXPECT_EQ(refusal([&] { world.material("stufe"); }), "world: unknown material \"stufe\"; did you mean \"stuff\"?");
   EXPECT_EQ(refusal([&] { world.set_material(0, {.friction = -1}); }),
             "material \"stuff\": must have no negative friction, and a finite one");
@@ -390,6 +393,7 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
       refusal([&] { world.set_material_pair({.material_a = 0, .material_b = 1, .friction = 1, .restitution = 0}); }),
       "material pair: has a material that is not in this world");
   EXPECT_EQ(refusal([&] { world.set_speed_limit(0); }), "settings.speed_limit: must be > 0, is 0");
+  EXPECT_EQ(refusal([&] { world.set_speed_limit(HUGE_VAL); }), "speed_limit: must be finite and fit double, is inf");
   EXPECT_EQ(world.state_hash(), before);
   world.remove(body);
   EXPECT_EQ(refusal([&] { world.change(body, box); }), "body \"box\": is not in this world any more");

@@ -104,7 +104,7 @@ class BenchFiles {
     fs::create_directories(folder_, error);
     if (error) throw Error(Failure::input, folder, "the folder cannot be made: " + error.message());
     for (const auto& [name, signature] : {std::pair{"bench.csv", "case,"}, {"bench.json", "["}, {"index.html", "<!"}})
-      expect_writable((folder_ / name).string(), "the bench", signature);
+      expect_writable((folder_ / name).string(), "this table of the bench", signature);
     table_.open(folder_ / "bench.csv");
     if (!(table_ << csv_header() << std::flush))
       throw Error(Failure::input, (folder_ / "bench.csv").string(), "cannot be written");

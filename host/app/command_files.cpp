@@ -49,9 +49,11 @@ void expect_separate(std::initializer_list<CommandFile> outputs, std::initialize
   };
   std::vector<Known> known;
   // a name that is not there is no file but a built-in scene
-  for (const CommandFile& input : inputs)
-    if (const auto identity = identity_of(input.path); identity && identity->name.empty())
-      known.push_back({&input, *identity});
+  for (const CommandFile& input : inputs) {
+    if (input.path.empty()) continue;
+    const std::optional<Identity> identity = identity_of(input.path);
+    if (identity && identity->name.empty()) known.push_back({&input, *identity});
+  }
   for (const CommandFile& output : outputs) {
     if (output.path.empty()) continue;
     const std::optional<Identity> identity = identity_of(output.path);

@@ -35,8 +35,8 @@ int make_beside(const std::string& path, std::string& name) {
 }
 
 bool can_be_made(const std::string& path) {
-  std::string name = path + ".XXXXXX";
-  const int descriptor = mkstemp(name.data());
+  std::string name;
+  const int descriptor = make_beside(path, name);
   if (descriptor < 0) return false;
   ::close(descriptor);
   ::unlink(name.c_str());
@@ -44,7 +44,7 @@ bool can_be_made(const std::string& path) {
 }
 
 NewFile::NewFile(const std::string& path) : path_(path), descriptor_(make_beside(path, name_)) {
-  if (descriptor_ < 0) name_.clear(), fail();
+  if (descriptor_ < 0) fail();
 }
 
 NewFile::~NewFile() {

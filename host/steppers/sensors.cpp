@@ -1,6 +1,7 @@
 #include "host/steppers/sensors.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "host/report/joint_wrench.hpp"
 #include "host/scene/sensors.hpp"
@@ -30,12 +31,14 @@ std::vector<SensorReading> sensor_readings(std::span<const Scene> worlds, Backen
     contacts = reported_contacts(backend, params, counters, std::vector(b.shape_infos), DescribedShapes(worlds));
     std::erase_if(contacts, [](const ReportedContact& contact) { return contact.world != 0; });
   }
+  std::optional<JointSources<real>> joints;
+  if (std::ranges::any_of(sensors, [](const SensorDescription& sensor) { return sensor.joint != NONE; }))
+    joints.emplace(backend, has_stepped);
   const double time = impulse_time(worlds[0]);
   std::vector<SensorReading> readings;
   for (const SensorDescription& sensor : sensors)
-    readings.push_back(sensor.joint == NONE
-                           ? reading_of(sensor, contacts, centers[sensor.body], time)
-                           : joint_reading(sensor, JointSources(backend, has_stepped).of(sensor.joint), params));
+    readings.push_back(sensor.joint == NONE ? reading_of(sensor, contacts, centers[sensor.body], time)
+                                            : joint_reading(sensor, joints->of(sensor.joint), params));
   return readings;
 }
 

@@ -1,4 +1,6 @@
 // What can be another while a world runs: bodies, joints, materials, gravity, the bound on speeds.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -15,6 +17,14 @@ namespace {
 void add_index_before(const std::vector<u32>& index_map, u32 index, std::set<u32>& changed) {
   const auto before = std::ranges::find(index_map, index);
   if (before != index_map.end()) changed.insert(static_cast<u32>(before - index_map.begin()));
+}
+
+// What the run's precision does not hold, the next step would refuse, and each after it.
+void expect_fits(const Settings& settings, double value, const char* what) {
+  const std::string precision = precision_of(settings);
+  const double most = precision == "float" ? std::numeric_limits<float>::max() : std::numeric_limits<double>::max();
+  if (!(std::abs(value) <= most))
+    throw Error(Failure::input, what, fmt::format("must be finite and fit {}, is {}", precision, value));
 }
 
 bool is_pair(const MaterialPairRule& a, const MaterialPairRule& b) {
@@ -105,11 +115,7 @@ Vector3 World::gravity() const { return impl_->scene.gravity; }
 
 void World::set_gravity(const Vector3& gravity) {
   Impl& p = *impl_;
-  expect_finite(gravity, "gravity");
-  constexpr double most = std::numeric_limits<float>::max();
-  if (precision_of(p.scene.settings) == "float" &&
-      std::ranges::any_of(gravity, [](double g) { return std::abs(g) > most; }))
-    throw Error(Failure::input, "gravity", "must be what float numbers can hold");
+  for (const double g : gravity) expect_fits(p.scene.settings, g, "gravity");
   if (std::ranges::any_of(p.scene.bodies, [](const BodyDescription& body) { return body.gravity_share != 1; }))
     throw Error(Failure::input, "gravity",
                 "stays as it is in a world where loads hold the weight of bodies (gravcomp)");
@@ -121,6 +127,7 @@ double World::speed_limit() const { return resolved(impl_->scene.settings).speed
 
 void World::set_speed_limit(double speed) {
   Settings settings = impl_->scene.settings;
+  expect_fits(settings, speed, "speed_limit");
   settings.speed_limit = speed;
   expect_in_bounds(settings);
   impl_->scene.settings = std::move(settings);
