@@ -99,7 +99,7 @@ def main():
             except lockstep.Error as error:
                 line = str(error).replace(os.path.abspath(folder) + os.sep, "").replace(folder + os.sep, "")
                 rows.append((name, "refused", line))
-                refusals[re.sub(r'"[^"]*"|[-\d.e]+', "*", line.split(": ", 1)[-1])[:100]] += 1
+                refusals[re.sub(r'"[^"]*"|-?\d[-+.e\d]*', "*", line.split(": ", 1)[-1])[:100]] += 1
                 continue
             same = ""
             if mujoco:
