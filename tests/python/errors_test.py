@@ -45,7 +45,7 @@ class Errors(unittest.TestCase):
             with self.assertWarnsRegex(UserWarning, "one.urdf: left out: 1 x `gazebo`"):
                 lockstep.World.load(path, device="reference", packages={"one": folder})
             line = self.refusal(lambda: lockstep.World.load(path, device="reference", strict=True))
-            self.assertIn("`gazebo` is not used here, and reading is strict", line)
+            self.assertIn("<gazebo>: is not simulated: it would be left out (--strict)", line)
 
     def test_bodies_and_joints(self):
         world = lockstep.World({"bodies": [BALL]}, device="reference")
