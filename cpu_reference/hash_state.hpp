@@ -135,6 +135,7 @@ void hash_state_joints(Buffers<real>& b) {
     u64 h = hash_word(hash_start(HASHED_JOINT), b.joint_infos[joint].id);
     for (u32 i = 0; i < JOINT_ROWS; ++i) h = hash_words(h, impulses.locked[i][lane]);
     h = hash_words(h, impulses.free[lane]);
+    if (impulses.impedance[lane] != 0) h = hash_words(h, impulses.impedance[lane]);
     if (!b.joint_angles.empty() && COUNTS_REVOLUTIONS(b.joint_infos[joint])) h = hash_words(h, b.joint_angles[joint]);
     hash_add_state(b.world_hashes[b.joint_infos[joint].world], h);
   }

@@ -26,6 +26,10 @@
 //            2 / (1 + h^2 k / 2 m). A damper there takes c ((1 - t) u_0 + t u_f), u_0 the velocity at the start of the
 //            sub-step: with t 1/2 it is of second order and rings where it is stiff, with t = (z + 3) / (z + 6), z =
 //            h c / m, it is of the same order and does not (t goes to 1)
+//   armature r_i = -a (change of the rate of x over the sub-step), that is u_f - s + r_i / a = 0 with s = u_0 - h u_f',
+//            u_0 at the start of the sub-step: inertia a along the coordinate between the two bodies. A spring beside
+//            it, or beside limits, is in one row with it: both push with u_f, so that 1 / compliance and s / compliance
+//            add
 // Limits, or the spring, are `slowest <= u_f <= fastest` in the solve (cpu_reference/joints/solve_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.
@@ -47,19 +51,31 @@ struct SpringLaw {
   real bias, compliance;
 };
 
-/// `above`: of its rest, m or rad; `mobility`: of the free row beside the locked ones; `before`: its velocity at the
-/// start of the sub-step. Of 1 / compliance a damper has the part h c, a share of 1 - theta h rate.
+/// `given`: its rate and compliance; `above`: of its rest, m or rad; `mobility`: of the free row beside the locked ones
+/// and armature; `before`: its velocity at the start of the sub-step. Of 1 / compliance a damper has the part h c, a
+/// share of 1 - theta h rate.
 template <class real>
-SpringLaw<real> spring_law(const Joint<real>& joint, const StepParams<real>& params, real above, real mobility,
-                           real before) {
-  const real damped = real(1) - params.theta * params.dt * joint.rate;
-  if (params.theta != real(0.5) || !(joint.spring_compliance > 0) || !(damped > real(1e-6)))
-    return {joint.rate * above, joint.spring_compliance};
-  const real mass = damped / joint.spring_compliance, z = mass * mobility;
+SpringLaw<real> spring_law(real given_rate, real given_compliance, const StepParams<real>& params, real above,
+                           real mobility, real before) {
+  const real damped = real(1) - params.theta * params.dt * given_rate;
+  if (params.theta != real(0.5) || !(given_compliance > 0) || !(damped > real(1e-6)))
+    return {given_rate * above, given_compliance};
+  const real mass = damped / given_compliance, z = mass * mobility;
   const real mass_before = mass * (real(1) - (z + real(3)) / (z + real(6)));
-  const real compliance = real(1) / (real(1) / joint.spring_compliance - mass_before);
-  const real rate = joint.rate / joint.spring_compliance * compliance;
+  const real compliance = real(1) / (real(1) / given_compliance - mass_before);
+  const real rate = given_rate / given_compliance * compliance;
   return {rate * above + compliance * (mass_before * before), compliance};
+}
+
+/// The row of armature and of the spring beside it: u_f + bias + compliance r_i = 0. Without either compliance is 0.
+/// `before`: the velocity at which armature would not push.
+template <class real>
+SpringLaw<real> impedance_law(real armature, SpringLaw<real> spring, real before) {
+  if (!(armature > 0)) return spring;
+  const real compliance = real(1) / armature;
+  if (!(spring.compliance > 0)) return {-before, compliance};
+  const real both = spring.compliance + compliance, of_armature = spring.compliance / both;
+  return {compliance / both * spring.bias - of_armature * before, of_armature * compliance};
 }
 
 template <class real>
@@ -158,9 +174,9 @@ template <class real>
 void clear_joint(JointBlock<real>& block, u32 lane) {
   const real none[JOINT_ROWS] = {}, no_velocity_product[JOINT_ROWS + 1] = {};
   write_joint(block, lane, {}, {}, none, no_velocity_product, none, none);
-  for (real* field :
-       {block.softness, block.spring, block.free_mobility, block.coupled_mobility, block.motor_speed,
-        block.motor_impulse, block.slowest, block.fastest, block.bound_softness, block.spring_compliance, block.lead})
+  for (real* field : {block.softness, block.spring, block.free_mobility, block.coupled_mobility, block.motor_speed,
+                      block.motor_impulse, block.slowest, block.fastest, block.bound_softness, block.spring_compliance,
+                      block.lead, block.impedance_compliance, block.impedance_speed})
     field[lane] = 0;
 }
 
@@ -224,11 +240,16 @@ void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, c
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, std::sqrt(separation));
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO, std::sqrt(size > 0 ? separation / size : real(0)));
   raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, std::sqrt(angle));
-  if (!(joint.spring_compliance > 0)) return;
-  const real stretch = current.coordinate - joint.low;
-  const real stiffness = joint.rate / (joint.spring_compliance * params.dt);
-  add_energy(counters, COUNTER_ENERGY,
-             energy_units(real(0.5) * stiffness * (stretch * stretch), params.units_per_joule));
+  const auto add_spring = [&](real rate, real compliance, real rest) {
+    if (!(compliance > 0)) return;
+    const real stretch = current.coordinate - rest;
+    const real stiffness = rate / (compliance * params.dt);
+    add_energy(counters, COUNTER_ENERGY,
+               energy_units(real(0.5) * stiffness * (stretch * stretch), params.units_per_joule));
+  };
+  // one of bounded force keeps no energy
+  if (!(joint.motor_force < 0)) add_spring(joint.rate, joint.spring_compliance, joint.low);
+  add_spring(joint.side_rate, joint.side_compliance, joint.side_rest);
 }
 
 /// Of a body at the start of the sub-step.
@@ -249,6 +270,17 @@ real free_velocity_before(const Buffers<real>& buffers, const StepParams<real>& 
   return dot3(current.free_axis, info.free == FREE_ANGLE ? sub3(w_b, w_a) : u);
 }
 
+/// The energy of motion that armature has, at the start of the sub-step.
+template <class real>
+void measure_armature(Buffers<real>& buffers, const StepParams<real>& params, const JointInfo& info,
+                      const Joint<real>& joint, const CurrentJoint<real>& current) {
+  if (!(joint.armature > 0)) return;
+  const real u = free_velocity_before(buffers, params, info, current);
+  const std::int64_t units = energy_units(real(0.5) * joint.armature * (u * u), params.units_per_joule);
+  add_energy(buffers.counters, COUNTER_KINETIC, units);
+  add_energy(buffers.counters, COUNTER_ENERGY, units);
+}
+
 template <class real>
 void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
                    JointBlock<real>& block) {
@@ -266,6 +298,7 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   count_revolutions(buffers, params, index, current);
   if (counts_revolutions(buffers, info)) buffers.joint_angles[index] = current.coordinate;
   if (params.substep == 0 && joint.spring == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
+  if (params.substep == 0) measure_armature(buffers, params, info, joint, current);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
     move_on(a, lead_time, x_a, q_a);
@@ -287,6 +320,9 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
+  // the rate of an angle about an axis that both bodies hold changes as their velocities do
+  const bool rotates = info.free != FREE_ANGLE || LOCKS_CROSS(info.locked);
+  const real free_product = rotates ? foreseen * velocity_product[JOINT_ROWS] : real(0);
   const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.spring_compliance > 0);
   velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : real(0);
   solve_factor(factor, response);
@@ -298,11 +334,17 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   block.spring[lane] = joint.spring;
   block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
   block.coupled_mobility[lane] = coupled_mobility;
-  block.motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < 0;
+  block.motor_speed[lane] = bounds_spring ? joint.motor_speed * params.dt : joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
   const real before = free_velocity_before(buffers, params, info, current);
+  real mobility = block.free_mobility[lane] - coupled_mobility;
+  if (joint.armature > 0) mobility = mobility / (real(1) + joint.armature * mobility);
   const SpringLaw<real> spring =
-      spring_law(joint, params, current.coordinate - joint.low, block.free_mobility[lane] - coupled_mobility, before);
+      spring_law(joint.rate, joint.spring_compliance, params, current.coordinate - joint.low, mobility, before);
+  const SpringLaw<real> side = spring_law(joint.side_rate, joint.side_compliance, params,
+                                          current.coordinate - joint.side_rest, mobility, before);
+  const SpringLaw<real> impedance = impedance_law(joint.armature, side, before - free_product);
   const FreeLaw<real> law = free_law(joint, current.coordinate, spring, counts_revolutions(buffers, info),
                                      velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
@@ -310,6 +352,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   block.bound_softness[lane] = law.bound_softness;
   block.spring_compliance[lane] = spring.compliance;
   block.lead[lane] = current.lead;
+  block.impedance_compliance[lane] = impedance.compliance;
+  block.impedance_speed[lane] = impedance.compliance > 0 ? -impedance.bias : real(0);
 }
 
 template <class real>

@@ -63,7 +63,7 @@ void sum_joint(Buffers<real>& b, u32 substep, u32 block, u32 lane) {
     add_to_sum(substep, impulse[k], sum.impulse[k][lane]);
     add_to_sum(substep, moment[k], sum.moment[k][lane]);
   }
-  add_to_sum(substep, impulses.free[lane], sum.free[lane]);
+  add_to_sum(substep, whole_free_impulse(b.joint_blocks[block], lane, impulses), sum.free[lane]);
 }
 
 template <class real>

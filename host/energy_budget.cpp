@@ -38,6 +38,8 @@ EnergySource source_of(const Buffers<real>& b, Features features) {
     return joint.motor_speed != 0 && double(joint.motor_force) >= double(JOINT_UNBOUNDED);
   };
   if (has(features, Feature::joints) && std::ranges::any_of(b.joints, drives)) return EnergySource::unbounded_motors;
+  const auto is_servo = [](const Joint<real>& joint) { return joint.motor_force < 0; };
+  if (has(features, Feature::joints) && std::ranges::any_of(b.joints, is_servo)) return EnergySource::servos;
   const auto is_soft = [](const Joint<real>& joint) { return joint.spring != 0; };
   if (has(features, Feature::joints) && std::ranges::any_of(b.joints, is_soft)) return EnergySource::soft_joints;
   return EnergySource::none;
@@ -48,7 +50,10 @@ EnergySource source_of(const Buffers<real>& b, Features features) {
 std::vector<Buffer> energy_buffers(Features features) {
   std::vector<Buffer> buffers = {Buffer::body_infos, Buffer::gravities, Buffer::masses, Buffer::positions,
                                  Buffer::motions};
-  if (has(features, Feature::joints)) buffers.push_back(Buffer::joints);
+  if (has(features, Feature::joints)) {
+    buffers.push_back(Buffer::joint_infos);
+    buffers.push_back(Buffer::joints);
+  }
   if (has(features, Feature::loads)) buffers.push_back(Buffer::loads);
   return buffers;
 }
@@ -56,7 +61,8 @@ std::vector<Buffer> energy_buffers(Features features) {
 template <class real>
 double motor_power(const std::vector<Joint<real>>& joints) {
   double power = 0;
-  for (const Joint<real>& joint : joints) power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
+  for (const Joint<real>& joint : joints)
+    if (joint.motor_force > 0) power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
   return power;
 }
 
@@ -87,10 +93,24 @@ real units_per_joule(const Buffers<real>& b, const StepParams<real>& params) {
     all += mass * length(&b.gravities[b.body_infos[i].world].x) * (length(&b.positions[i].x) + k);
   }
   for (const Joint<real>& joint : b.joints) {
-    if (!(joint.spring_compliance > 0)) continue;
-    const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
-    const double a = length(joint.anchor_a), c = length(joint.anchor_b), rest = double(joint.low);
-    all += stiffness * (a * a + c * c + rest * rest);
+    const auto add_spring = [&](real rate, real compliance, real at) {
+      if (!(compliance > 0)) return;
+      const double stiffness = double(rate) / (double(compliance) * double(params.dt));
+      const double a = length(joint.anchor_a), c = length(joint.anchor_b), rest = double(at);
+      all += stiffness * (a * a + c * c + rest * rest);
+    };
+    add_spring(joint.rate, joint.spring_compliance, joint.low);
+    add_spring(joint.side_rate, joint.side_compliance, joint.side_rest);
+  }
+  for (std::size_t i = 0; i < b.joints.size(); ++i) {
+    const auto speed_2 = [&](u32 body) {
+      const Motion<real>& motion = b.motions[body];
+      const double v = length(motion.v), w = length(motion.w), slow = 0.01 / double(params.dt);
+      const double arm = std::max(length(b.joints[i].anchor_a), length(b.joints[i].anchor_b));
+      return b.joint_infos[i].free == FREE_ANGLE ? w * w + slow * slow : v * v + arm * arm * (w * w + slow * slow);
+    };
+    if (b.joints[i].armature > 0)
+      all += double(b.joints[i].armature) * (speed_2(b.joint_infos[i].body_a) + speed_2(b.joint_infos[i].body_b));
   }
   if (!(all > 0) || !std::isfinite(all)) return 1;
   return static_cast<real>(std::ldexp(1.0, std::clamp(32 - std::ilogb(all), -100, 100)));

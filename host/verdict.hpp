@@ -25,7 +25,7 @@ std::string title(Criterion criterion);
 
 /// Where energy comes from that nobody counts, so that a gain of it is no fault. Particles push by springs, which keep
 /// some, and overlap as they do.
-enum class EnergySource : u32 { none, particles, soft_joints, loads, kinematic_bodies, unbounded_motors };
+enum class EnergySource : u32 { none, particles, soft_joints, loads, kinematic_bodies, unbounded_motors, servos };
 
 /// One figure of a run beside its bound. Steps are told by how many had been done: 0 is the state of the start.
 struct Judgement {

@@ -54,7 +54,8 @@ RECORD(LinkFactor) {
   real arm[3], parent_arm[3];            // from the centres of mass to where the impulses act
   real free_linear[3], free_angular[3];  // the free row: its axis is one of them, the other is zero
   real lead;                             // of a screw: its row of z is u_z - lead w_z
-  real spring_compliance;                // of the free row's spring
+  real spring_compliance;                // of the free row's spring, or its impedance
+  real impedance;                        // 1 where the free row is that of an impedance, 0 elsewhere
   real error[LINK_ROWS];                 // m/s and rad/s; where joints are closed m and rad
   real inertia[LINK_ENTRIES];            // of all that hangs on the link: L D L^T, L below the diagonal, 1/D on it
   real mobility[ROW_ENTRIES];            // of the rows, with the parent held; 0 on the diagonal of those that are not

@@ -14,15 +14,20 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
                                    global LinkFactor* f) {
   const u32 at = link.slot % PACK;
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  const bool driven = block->motor_impulse[at] > (real)0, fixed = block->slowest[at] == block->fastest[at];
-  const u32 rows = info.locked | (info.free != FREE_NOTHING && fixed && !driven ? 1u << JOINT_ROWS : 0u);
+  const bool driven = block->motor_impulse[at] != (real)0, fixed = block->slowest[at] == block->fastest[at] && !driven;
+  bool impedance = false;
+#if FEATURE_JOINT_IMPEDANCES
+  impedance = !fixed && block->impedance_compliance[at] > (real)0;
+#endif
+  const u32 rows = info.locked | (info.free != FREE_NOTHING && (fixed || impedance) ? 1u << JOINT_ROWS : 0u);
   Vec3 axes[3];
   for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);
   set_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
                  link_vector(block->free_axis, at), block->lead[at], f);
-  f->spring_compliance = block->spring_compliance[at];
+  f->impedance = impedance ? (real)1 : (real)0;
+  f->spring_compliance = impedance ? block->impedance_compliance[at] : block->spring_compliance[at];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->velocity_product[i][at]);
-  f->error[JOINT_ROWS] = -(sign * block->slowest[at]);
+  f->error[JOINT_ROWS] = -(sign * (impedance ? block->impedance_speed[at] : block->slowest[at]));
   return rows;
 }
 

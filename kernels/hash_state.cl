@@ -264,6 +264,10 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
     ulong h = hash_word(hash_start(HASHED_JOINT), joint_infos[joint].id);
     for (u32 i = 0u; i < JOINT_ROWS; ++i) h = hash_words(h, (global const u32*)&impulses->locked[i][lane], real_words);
     h = hash_words(h, (global const u32*)&impulses->free[lane], real_words);
+#if FEATURE_JOINT_IMPEDANCES
+    if (impulses->impedance[lane] != (real)0)
+      h = hash_words(h, (global const u32*)&impulses->impedance[lane], real_words);
+#endif
 #if FEATURE_JOINT_ANGLES
     if (COUNTS_REVOLUTIONS(joint_infos[joint]))
       h = hash_words(h, (global const u32*)(joint_angles + joint), real_words);

@@ -44,11 +44,15 @@ RECORD(Joint) {
   real frame_b[4];         // joint to body b
   real low, high;          // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
   real motor_speed;        // m/s or rad/s, of b against a
-  real motor_force;        // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0
+  real motor_force;        // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0.
+                           // Below 0: the spring pushes with motor_speed -+ this, N or N m
   real limited;            // 1 or 0
   real spring;             // 1 where softness is meant, not only a way to solve: it is not relaxed
   real rate;               // of the free coordinate's spring: u + rate (x - low) + compliance r = 0, 1/s
   real spring_compliance;  // 1/kg or 1/(kg m^2); 0 where there is no such spring
+  real armature;           // inertia along the free coordinate, kg or kg m^2; 0: none
+  // of a spring beside armature or limits, as rate, spring_compliance and low are of one alone
+  real side_rate, side_compliance, side_rest;
 };
 
 INDEX_RECORD(JointInfo) {
@@ -90,11 +94,14 @@ RECORD(JointBlock) {
   real slowest[PACK], fastest[PACK];  // bounds of the free velocity
   real bound_softness[PACK];          // of these bounds, in parts of free_mobility
   real spring_compliance[PACK];       // of its spring: both bounds are the velocity at which that would not push
-  real lead[PACK];  // of a screw, pitch / 2 pi, m a radian; 0 of others: its row of z is u_z - lead w_z
+  real lead[PACK];                  // of a screw, pitch / 2 pi, m a radian; 0 of others: its row of z is u_z - lead w_z
+  real impedance_compliance[PACK];  // of armature and what is beside it: u - impedance_speed + compliance r = 0
+  real impedance_speed[PACK];       // at which it would not push; both are 0 where there is none
 };
 
-// Kept from step to step: along the axes of the joint's frame in a, or of its cross.
-RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK]; };
+// Kept from step to step: along the axes of the joint's frame in a, or of its cross. Of the free row `free` is what
+// bounds, motor and spring give, `impedance` what armature and a spring beside it do.
+RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK], impedance[PACK]; };
 
 // What joints have given in the sub-steps of the step so far (feature summed_impulses): the locked rows on b at its
 // anchor, world frame, N s and N m s, and the free row along its coordinate.

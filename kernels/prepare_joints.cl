@@ -14,20 +14,34 @@ typedef struct SpringLaw {
   real bias, compliance;
 } SpringLaw;
 
-static inline SpringLaw joint_spring_law(const Joint joint, const StepParams* params, real above, real mobility,
-                                         real before) {
-  SpringLaw law = {joint.rate * above, joint.spring_compliance};
+static inline SpringLaw joint_spring_law(real given_rate, real given_compliance, const StepParams* params, real above,
+                                         real mobility, real before) {
+  SpringLaw law = {given_rate * above, given_compliance};
 #if FEATURE_JOINTS_AHEAD
-  const real damped = (real)1 - params->theta * params->dt * joint.rate;
-  if (params->theta != (real)0.5 || !(joint.spring_compliance > (real)0) || !(damped > (real)1e-6)) return law;
-  const real mass = damped / joint.spring_compliance, z = mass * mobility;
+  const real damped = (real)1 - params->theta * params->dt * given_rate;
+  if (params->theta != (real)0.5 || !(given_compliance > (real)0) || !(damped > (real)1e-6)) return law;
+  const real mass = damped / given_compliance, z = mass * mobility;
   const real mass_before = mass * ((real)1 - (z + (real)3) / (z + (real)6));
-  law.compliance = (real)1 / ((real)1 / joint.spring_compliance - mass_before);
-  const real rate = joint.rate / joint.spring_compliance * law.compliance;
+  law.compliance = (real)1 / ((real)1 / given_compliance - mass_before);
+  const real rate = given_rate / given_compliance * law.compliance;
   law.bias = rate * above + law.compliance * (mass_before * before);
 #endif
   return law;
 }
+
+#if FEATURE_JOINT_IMPEDANCES
+// The row of armature and of the spring beside it.
+static inline SpringLaw joint_impedance_law(real armature, SpringLaw spring, real before) {
+  if (!(armature > (real)0)) return spring;
+  const real compliance = (real)1 / armature;
+  SpringLaw law = {-before, compliance};
+  if (!(spring.compliance > (real)0)) return law;
+  const real both = spring.compliance + compliance, of_armature = spring.compliance / both;
+  law.bias = compliance / both * spring.bias - of_armature * before;
+  law.compliance = of_armature * compliance;
+  return law;
+}
+#endif
 
 static inline real joint_correction_speed(real change, bool counted, real dt) {
   const real most = (real)JOINT_CLOSING_ANGLE;
@@ -126,6 +140,8 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
   block->bound_softness[lane] = (real)0;
   block->spring_compliance[lane] = (real)0;
   block->lead[lane] = (real)0;
+  block->impedance_compliance[lane] = (real)0;
+  block->impedance_speed[lane] = (real)0;
 }
 
 #if FEATURE_JOINTS_AHEAD
@@ -141,7 +157,7 @@ static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoin
 }
 #endif
 
-#if FEATURE_JOINTS_AHEAD
+#if FEATURE_JOINTS_AHEAD || FEATURE_JOINT_IMPEDANCES
 static inline Velocity joint_velocity_before(u32 body, u32 bodies, global const Velocity* previous_velocities) {
   Velocity none = {{0}};
   return body < bodies ? previous_velocities[body] : none;
@@ -161,7 +177,7 @@ static inline real joint_free_velocity_before(global const Velocity* previous_ve
 // What is off at a joint; squares of lengths and of angles.
 typedef struct JointMeasure {
   real separation, ratio, angle;
-  long energy;
+  long energy, kinetic;
 } JointMeasure;
 
 // The square of how far a body reaches from its centre of mass: to the anchor, or its least radius of gyration; none of
@@ -191,6 +207,14 @@ static inline real squared_separation(const JointInfo info, const Joint* joint, 
   return sum + beyond * beyond;
 }
 
+static inline void joint_add_spring(const StepParams* params, const CurrentJoint* current, real rate, real compliance,
+                                    real rest, JointMeasure* measure) {
+  if (!(compliance > (real)0)) return;
+  const real stretch = current->coordinate - rest;
+  const real stiffness = rate / (compliance * params->dt);
+  measure->energy += energy_units((real)0.5 * stiffness * (stretch * stretch), params->units_per_joule);
+}
+
 static inline void measure_joint(const StepParams* params, const JointInfo info, const Joint* joint,
                                  const CurrentJoint* current, Motion a, Motion b, JointMeasure* measure) {
   const real separation = squared_separation(info, joint, current);
@@ -205,11 +229,25 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
   measure->separation = separation > measure->separation ? separation : measure->separation;
   measure->ratio = ratio > measure->ratio ? ratio : measure->ratio;
   measure->angle = angle > measure->angle ? angle : measure->angle;
-  if (!(joint->spring_compliance > (real)0)) return;
-  const real stretch = current->coordinate - joint->low;
-  const real stiffness = joint->rate / (joint->spring_compliance * params->dt);
-  measure->energy += energy_units((real)0.5 * stiffness * (stretch * stretch), params->units_per_joule);
+  if (!(joint->motor_force < (real)0))  // one of bounded force keeps no energy
+    joint_add_spring(params, current, joint->rate, joint->spring_compliance, joint->low, measure);
+#if FEATURE_JOINT_IMPEDANCES
+  joint_add_spring(params, current, joint->side_rate, joint->side_compliance, joint->side_rest, measure);
+#endif
 }
+
+#if FEATURE_JOINT_IMPEDANCES
+// The energy of motion that armature has, at the start of the sub-step.
+static inline void measure_armature(const StepParams* params, const JointInfo info, real armature,
+                                    const CurrentJoint* current, global const Velocity* previous_velocities,
+                                    JointMeasure* measure) {
+  if (!(armature > (real)0)) return;
+  const real u = joint_free_velocity_before(previous_velocities, params->bodies, info, current);
+  const long units = energy_units((real)0.5 * armature * (u * u), params->units_per_joule);
+  measure->energy += units;
+  measure->kinetic += units;
+}
+#endif
 
 static inline void prepare_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
                                  global const Velocity* previous_velocities, global real* joint_angles, u32 index,
@@ -221,6 +259,9 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   count_revolutions(info, joint_angles, index, params->dt, a, b, &current);
   if (counts_revolutions(info)) joint_angles[index] = current.coordinate;
   if (params->substep == 0u && joint.spring == (real)0) measure_joint(params, info, &joint, &current, a, b, measure);
+#if FEATURE_JOINT_IMPEDANCES
+  if (params->substep == 0u) measure_armature(params, info, joint.armature, &current, previous_velocities, measure);
+#endif
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
   joint_move_on(a, lead_time, &x_a, &q_a);
@@ -244,6 +285,10 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
+#if FEATURE_JOINT_IMPEDANCES
+  const bool rotates = info.free != FREE_ANGLE || LOCKS_CROSS(info.locked);
+  const real free_product = rotates ? foreseen * velocity_product[JOINT_ROWS] : (real)0;
+#endif
   const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.spring_compliance > (real)0);
   velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
@@ -255,15 +300,26 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   block->spring[lane] = joint.spring;
   block->free_mobility[lane] = is_free ? free_mobility : (real)0;
   block->coupled_mobility[lane] = coupled_mobility;
-  block->motor_speed[lane] = joint.motor_speed;
+  const bool bounds_spring = joint.motor_force < (real)0;
+  block->motor_speed[lane] = bounds_spring ? joint.motor_speed * params->dt : joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
   block->lead[lane] = sizes.lead;
   real before = (real)0;
-#if FEATURE_JOINTS_AHEAD
+#if FEATURE_JOINTS_AHEAD || FEATURE_JOINT_IMPEDANCES
   before = joint_free_velocity_before(previous_velocities, params->bodies, info, &current);
 #endif
-  const real mobility = (is_free ? free_mobility : (real)0) - coupled_mobility;
-  const SpringLaw spring = joint_spring_law(joint, params, current.coordinate - joint.low, mobility, before);
+  real mobility = (is_free ? free_mobility : (real)0) - coupled_mobility;
+  SpringLaw impedance = {(real)0, (real)0};
+#if FEATURE_JOINT_IMPEDANCES
+  if (joint.armature > (real)0) mobility = mobility / ((real)1 + joint.armature * mobility);
+  impedance = joint_spring_law(joint.side_rate, joint.side_compliance, params, current.coordinate - joint.side_rest,
+                               mobility, before);
+  impedance = joint_impedance_law(joint.armature, impedance, before - free_product);
+#endif
+  block->impedance_compliance[lane] = impedance.compliance;
+  block->impedance_speed[lane] = impedance.compliance > (real)0 ? -impedance.bias : (real)0;
+  const SpringLaw spring =
+      joint_spring_law(joint.rate, joint.spring_compliance, params, current.coordinate - joint.low, mobility, before);
   block->spring_compliance[lane] = spring.compliance;
   joint_free_law(joint, current.coordinate, spring, counts_revolutions(info), velocity_product[JOINT_ROWS], params->dt,
                  lane, block);
@@ -276,7 +332,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global real* joint_angles, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
-  JointMeasure measure = {(real)0, (real)0, (real)0, 0};
+  JointMeasure measure = {(real)0, (real)0, (real)0, 0, 0};
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
     global JointBlock* block = joint_blocks + slot / PACK;
@@ -298,4 +354,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
   raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO, sqrt(measure.ratio));
   raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, sqrt(measure.angle));
   add_energy(counters, COUNTER_ENERGY, measure.energy);
+#if FEATURE_JOINT_IMPEDANCES
+  add_energy(counters, COUNTER_KINETIC, measure.kinetic);
+#endif
 }

@@ -84,7 +84,9 @@ kernel void sum_joint_impulses(global const JointLanes* joint_lanes, global cons
 #endif
     sum_add3(params.substep, effort.impulse, first, sums->impulse);
     sum_add3(params.substep, effort.moment, first, sums->moment);
-    sum_add(params.substep, LANE_LOAD(joint_impulses[block].free + first), sums->free + first);
+    const lane r_free = lane_whole_free_impulse(
+        joint_blocks + block, first, LANE_LOAD(joint_impulses[block].free + first), joint_impulses[block].impedance);
+    sum_add(params.substep, r_free, sums->free + first);
   }
 }
 

@@ -110,7 +110,7 @@ void add_records(py::module_& module) {
           "cylindrical joint or length of a distance joint, m; of others 0.")
       .def_readonly("speed", &JointState::speed, "Its rate, rad/s or m/s.")
       .def_readonly("drive", &JointState::drive,
-                    "What motor, friction, limits or spring give along the coordinate, N m or N.")
+                    "What motor, friction, limits, spring and armature give along the coordinate, N m or N.")
       .def_property_readonly(
           "force", [](const JointState& state) { return to_array(state.force); },
           "Of the joint, but for `drive`, on its second body, at that one's anchor. Shape (3,), N.")

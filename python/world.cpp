@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/read_robots.hpp"
 #include "python/shared_world.hpp"
 
 namespace lockstep::python {
@@ -13,8 +14,9 @@ WorldOptions options_of(const py::object& device, const std::string& precision, 
   return {py::str(device).cast<std::string>(), precision, threads, solver, quiet};
 }
 
+// What a robot's file has and is left out is no key that is called otherwise.
 Scene warned(Scene scene) {
-  warn(scene.source, scene.notes);
+  warn(scene.source, scene.notes, is_robot(scene.source) ? PyExc_UserWarning : PyExc_DeprecationWarning);
   return scene;
 }
 
@@ -46,13 +48,15 @@ void add_making(WorldClass& world) {
   world
       .def(
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
-                      const std::string& solver, const std::string& source, u32 seed, bool quiet) {
-            return std::make_unique<SharedWorld>(warned(parse_scene(json_text(scene), source, seed)),
-                                                 options_of(device, precision, threads, solver, quiet));
+                      const std::string& solver, const std::string& source, u32 seed, bool quiet, bool strict,
+                      bool approximate) {
+            return std::make_unique<SharedWorld>(
+                warned(parse_scene(json_text(scene), source, seed, {strict, approximate})),
+                options_of(device, precision, threads, solver, quiet));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("source") = "scene.json", py::arg("seed") = 0,
-          py::arg("quiet") = false,
+          py::arg("quiet") = false, py::arg("strict") = false, py::arg("approximate") = false,
           "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
           "precision: 'float' or 'double'; '' is what the scene says.\n"
@@ -61,17 +65,27 @@ void add_making(WorldClass& world) {
           "source: stands for the file in errors; meshes and robots are looked for from its folder. Text whose source\n"
           "ends in '.urdf' or '.xml' is a robot.\n"
           "seed: of what the scene draws at random, as --seed.\n"
-          "quiet: no line on stderr, where that is a terminal, when building kernels takes more than a second.")
+          "quiet: no line on stderr, where that is a terminal, when building kernels takes more than a second.\n"
+          "strict: refuse what of a robot's file would be left out; a warning tells of it otherwise.\n"
+          "approximate: leave out or replace what of it changes the motion and is not simulated.")
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             const std::string& solver, u32 seed, bool quiet) {
-            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed)),
-                                                 options_of(device, precision, threads, solver, quiet));
+             const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
+             const std::map<std::string, std::string>& packages) {
+            return std::make_unique<SharedWorld>(
+                warned(read_scene(path_or_name, seed, {strict, approximate, packages})),
+                options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
-          "A world of a scene file, a robot, or a built-in scene by its name.")
+          py::arg("strict") = false, py::arg("approximate") = false,
+          py::arg("packages") = std::map<std::string, std::string>(),
+          "A world of a scene file, a robot, or a built-in scene by its name. Of robot files: strict refuses what "
+          "would\n"
+          "be left out, of which a warning tells; approximate leaves out, and tells, what changes the motion and is "
+          "not\n"
+          "simulated; packages has the folders of package://NAME by name.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
           "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");

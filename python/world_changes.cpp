@@ -44,7 +44,8 @@ void add_changes(WorldClass& world) {
           },
           py::arg("joint"), py::arg("description"),
           "Describes a joint anew, as an entry of 'joints' in a scene file but for 'bodies': limits, motor, friction,\n"
-          "spring, how soft it is. What it leaves out it has no more, but for its name and type; anchors, axes, pitch "
+          "spring, armature, how soft it is. What it leaves out it has no more, but for its name and type; anchors, "
+          "axes, pitch "
           "and\n"
           "radius stay, whatever it says, and another type is refused. Takes effect, and costs, as add_joint() does.")
       .def_property_readonly(

@@ -121,11 +121,15 @@ double most_off(const Buffers<real>& b) {
       if (row == 2) off -= double(block.lead[lane]) * double(reference::dot3(axis, w));
       most = std::max(most, std::abs(off));
     }
-    if (info.free == FREE_NOTHING || block.slowest[lane] != block.fastest[lane]) continue;
+    const bool impedance = reference::has_impedance(block, lane);
+    if (info.free == FREE_NOTHING || (block.slowest[lane] != block.fastest[lane] && !impedance)) continue;
     const auto along = reference::joint_vector(block.free_axis, lane);
     const double free = double(reference::dot3(along, info.free == FREE_ANGLE ? w : u));
-    const double push = double(block.spring_compliance[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
-    most = std::max(most, std::abs(free - double(block.slowest[lane]) + push));
+    const JointImpulseBlock<real>& impulses = b.joint_impulses[link.slot / PACK];
+    const double push = impedance ? double(block.impedance_compliance[lane]) * double(impulses.impedance[lane])
+                                  : double(block.spring_compliance[lane]) * double(impulses.free[lane]);
+    most =
+        std::max(most, std::abs(free - double(impedance ? block.impedance_speed[lane] : block.slowest[lane]) + push));
   }
   return most;
 }
@@ -145,7 +149,10 @@ void expect_one_solve_is_exact(Scene scene, double rounding) {
     for (u32 row = 0; row < JOINT_ROWS; ++row)
       change[row] =
           state.buffers.joint_impulses[block].locked[row][lane] - pushed.joint_impulses[block].locked[row][lane];
-    const real free = state.buffers.joint_impulses[block].free[lane] - pushed.joint_impulses[block].free[lane];
+    const auto whole = [&](const Buffers<real>& b) {
+      return reference::whole_free_impulse(pushed.joint_blocks[block], lane, b.joint_impulses[block]);
+    };
+    const real free = whole(state.buffers) - whole(pushed);
     reference::push_joint(pushed.joint_blocks[block], lanes.free[lane], lane, change, free,
                           pushed.motions[lanes.body_a[lane]], pushed.motions[lanes.body_b[lane]]);
   });

@@ -252,7 +252,7 @@ TEST_F(CommandLine, ARobotIsRunRecordedVerifiedDrawnAndExported) {
   EXPECT_TRUE(std::any_of(nodes.begin(), nodes.end(), [](const json& n) { return n.value("name", "") == "arm/rod"; }));
   EXPECT_EQ(exported.document["animations"][0]["channels"].size(), 2u);
   std::ofstream(robot) << "<robot name=\"arm\">\n<link name=\"a\"/>\n</robot>\n";
-  expect_refused("run " + robot, 2, "arm.urdf:2: <link> \"a\": has no mass");
+  expect_refused("run " + robot, 2, "arm.urdf: has no link that moves or touches anything");
 }
 
 TEST_F(CommandLine, RefusesMotionsThatCannotBeWritten) {

@@ -58,6 +58,7 @@ TYPED_TEST(PrepareJoints, KernelMatchesReference) {
     scene.settings.integrator = integrator;
     EXPECT_TRUE(has(compile<real>(scene).features, Feature::joints_ahead));
     run_joint_twins<real>(Stage::prepare_joints, scene);
+    run_joint_twins<real>(Stage::prepare_joints, with_impedances(scene));
   }
 }
 
@@ -69,6 +70,7 @@ TYPED_TEST(PrepareJoints, SweepsMatchReference) {
     run_joint_twins<real>(stage, with_small_steps(random_joints(3, 40, 90), 2));
     run_joint_twins<real>(stage, with_small_steps(random_joints(4, 4000, 3000), 2));
     run_joint_twins<real>(stage, with_small_steps(hub(80), 2));
+    run_joint_twins<real>(stage, with_small_steps(with_impedances(random_joints(3, 40, 90)), 2));
   }
 }
 

@@ -368,8 +368,8 @@ TEST(WorldJoints, InvalidJointsAreRefused) {
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.spring = {.stiffness = -1}; }),
             "joint \"shoulder\": must have a spring with a stiffness or a damping above 0, and neither below");
-  EXPECT_EQ(refused([](JointDescription& joint) { joint.limited = true, joint.spring = {.stiffness = 1}; }),
-            "joint \"shoulder\": must not have both limits and a spring; give one of them to a joint of its own");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.armature = -1; }),
+            "joint \"shoulder\": must have no negative armature");
   EXPECT_EQ(refusal([&] {
               world.add(ball_joint({0, 0, 0}), box, box);
             }),

@@ -39,7 +39,8 @@ real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<rea
   const Motion<real>&body = b.motions[link.body], &other = b.motions[link.is_b != 0 ? info.body_a : info.body_b];
   const Twist<real> u = sub_twist(twist_at(vec3(f.arm), twist_of(body)), twist_at(vec3(f.parent_arm), twist_of(other)));
   link_rows(f, u, off);
-  const real free = b.joint_impulses[link.slot / PACK].free[link.slot % PACK];
+  const JointImpulseBlock<real>& impulses = b.joint_impulses[link.slot / PACK];
+  const real free = (f.impedance > 0 ? impulses.impedance : impulses.free)[link.slot % PACK];
   const real along = link.is_b != 0 ? free : -free;
   off[JOINT_ROWS] = off[JOINT_ROWS] + f.spring_compliance * along;
   for (u32 i = 0; i < LINK_ROWS; ++i) off[i] = f.mobility[entry_index(i, i)] > 0 ? off[i] + f.error[i] : real(0);
@@ -52,12 +53,13 @@ real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<rea
 
 /// The impulses of the rows of a joint.
 template <class real>
-void add_impulses(Buffers<real>& b, u32 slot, bool is_b, const real (&d)[LINK_ROWS]) {
+void add_impulses(Buffers<real>& b, const LinkFactor<real>& f, u32 slot, bool is_b, const real (&d)[LINK_ROWS]) {
   JointImpulseBlock<real>& impulses = b.joint_impulses[slot / PACK];
   const u32 lane = slot % PACK;
   const real sign = is_b ? real(1) : real(-1);
   for (u32 row = 0; row < JOINT_ROWS; ++row) impulses.locked[row][lane] = impulses.locked[row][lane] + sign * d[row];
-  impulses.free[lane] = impulses.free[lane] + sign * d[JOINT_ROWS];
+  real& free = (f.impedance > 0 ? impulses.impedance : impulses.free)[lane];
+  free = free + sign * d[JOINT_ROWS];
 }
 
 /// Once up, once down: the changes of the links, whose impulses are kept `last`. Returns the square of the largest
@@ -73,7 +75,7 @@ real solve_link_velocities(Buffers<real>& b, const Articulation& tree, bool last
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     real d[LINK_ROWS];
     forward_pass(b, i, b.link_motions.data(), d);
-    if (last && link.joint != NONE) add_impulses(b, link.slot, link.is_b != 0, d);
+    if (last && link.joint != NONE) add_impulses(b, b.link_factors[i], link.slot, link.is_b != 0, d);
   });
   return change;
 }
@@ -95,7 +97,7 @@ real solve_articulation(Buffers<real>& b, u32 index) {
     for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
       real d[LINK_ROWS];
       for (u32 row = 0; row < LINK_ROWS; ++row) d[row] = b.closure_wanted[k * LINK_ROWS + row];
-      add_impulses(b, closure.slot, true, d);
+      add_impulses(b, b.closure_factors[k], closure.slot, true, d);
     });
     solve_link_velocities(b, tree, true);
   }

@@ -18,6 +18,7 @@ void take_joint_step(real beta, const JointImpulseBlock<real>& next, u32 lane, J
                      JointImpulseBlock<real>& y) {
   for (u32 i = 0; i < JOINT_ROWS; ++i) take_step(beta, next.locked[i][lane], r.locked[i][lane], y.locked[i][lane]);
   take_step(beta, next.free[lane], r.free[lane], y.free[lane]);
+  take_step(beta, next.impedance[lane], r.impedance[lane], y.impedance[lane]);
 }
 
 /// What impulses of the rows do to the bodies, b the opposite of a but for its arm.
@@ -69,15 +70,20 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
     before = before + sigma * (block.coupling[i][lane] * d[i]);
   }
 
-  const real old = y.free[lane], free_mobility = block.free_mobility[lane],
+  const real old = whole_free_impulse(block, lane, y), free_mobility = block.free_mobility[lane],
              coupled_mobility = block.coupled_mobility[lane];
   const real e = sigma * (free_mobility - g * sigma * coupled_mobility);
-  const real q = before - e * old;
-  const real bound_softness =
-      block.bound_softness[lane] * ((free_mobility - coupled_mobility / (real(1) + softness)) / e);  // in parts of e
+  const FreeRow<real> alone = {e, before - e * old}, row = beside_impedance(block, lane, alone);
+  const real own = free_mobility - coupled_mobility / (real(1) + softness);
+  const real unscaled = beside_impedance(block, lane, {own, real(0)}).e;
+  const real bound_softness = block.bound_softness[lane] * (unscaled / row.e);  // in parts of e
   const real r_free =
-      e > 0 ? free_impulse(block, lane, e, q, block.slowest[lane], block.fastest[lane], bound_softness) : real(0);
-  const real change = r_free - old;
+      e > 0 ? free_impulse(block, lane, row.e, row.q, block.slowest[lane], block.fastest[lane], bound_softness)
+            : real(0);
+  next.free[lane] = r_free;
+  next.impedance[lane] =
+      e > 0 && has_impedance(block, lane) ? impedance_impulse(block, lane, alone, r_free) : y.impedance[lane];
+  const real whole = whole_free_impulse(block, lane, next), change = whole - old;
 
   real ahead[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
@@ -85,9 +91,8 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
     next.locked[i][lane] = y.locked[i][lane] + d[i];
     ahead[i] = next.locked[i][lane] - r.locked[i][lane];
   }
-  next.free[lane] = r_free;
   const JointPush<real> push = joint_push(block, free, lane, d, change);
-  const JointPush<real> along = joint_push(block, free, lane, ahead, r_free - r.free[lane]);
+  const JointPush<real> along = joint_push(block, free, lane, ahead, whole - whole_free_impulse(block, lane, r));
 
   PairStep<real> out;
   out.a = {sub3(Vec3<real>{0, 0, 0}, push.impulse), sub3(Vec3<real>{0, 0, 0}, push.moment_a), 0, 0};

@@ -9,6 +9,9 @@
 //   and none leaves it at                                  s + (q - s) y / (e + y), by an impulse (s - q) / (e + y),
 //   where s is the speed at which the spring would not push
 //   the locked rows answer                                 d = d0 - g response (change of r_f)
+// Beside an impedance of compliance z, which pushes r_i = (p - u) / z, the free row is less mobile, e' = e z / (e + z),
+// and moves at q' = p + (q - p) z / (e + z) without r_f: all that is said of r_f holds with these, and then
+//   r_i = (p - q - e r_f) / (e + z)
 // The relaxing sweep asks joints that are not meant to be springs to be hard, without correction; the springs of free
 // coordinates push in it as before.
 #pragma once
@@ -106,9 +109,46 @@ real free_impulse(const JointBlock<real>& block, u32 lane, real e, real q, real 
   const real driven = brakes ? idle - motor_change : (pushes ? idle + motor_change : wanted);
   if (!sprung) return (bounded_speed(driven, slowest, fastest, bound_softness) - q) / e;
   const real alone = (slowest - q) / (e + spring_compliance);
+  if (motor_impulse < 0) {  // a spring of bounded force
+    const real least = wanted + motor_impulse, most = wanted - motor_impulse;
+    return alone < least ? least : (alone > most ? most : alone);
+  }
   if (!(motor_impulse > 0)) return alone;
   if (brakes) return alone - left * motor_impulse;
   return pushes ? alone + left * motor_impulse : (wanted - q) / e;
+}
+
+/// How easily the free row moves, and at what velocity without an impulse of its own.
+template <class real>
+struct FreeRow {
+  real e, q;
+};
+
+/// The same beside the joint's impedance, which answers.
+template <class real>
+FreeRow<real> beside_impedance(const JointBlock<real>& block, u32 lane, FreeRow<real> row) {
+  const real compliance = block.impedance_compliance[lane], speed = block.impedance_speed[lane];
+  if (!(compliance > 0)) return row;
+  const real left = compliance / (row.e + compliance);
+  return {left * row.e, speed + left * (row.q - speed)};
+}
+
+/// The impulse that an impedance has beside one of `r_free`, where the row moved at q without either.
+template <class real>
+real impedance_impulse(const JointBlock<real>& block, u32 lane, FreeRow<real> row, real r_free) {
+  return (block.impedance_speed[lane] - row.q - row.e * r_free) / (row.e + block.impedance_compliance[lane]);
+}
+
+template <class real>
+bool has_impedance(const JointBlock<real>& block, u32 lane) {
+  return block.impedance_compliance[lane] > 0;
+}
+
+/// All that the free row pushes with.
+template <class real>
+real whole_free_impulse(const JointBlock<real>& block, u32 lane, const JointImpulseBlock<real>& impulses) {
+  const real free = impulses.free[lane];
+  return has_impedance(block, lane) ? free + impulses.impedance[lane] : free;
 }
 
 /// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A
@@ -148,19 +188,22 @@ real solve_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
     before = before + block.coupling[i][lane] * d[i];
   }
 
-  const real old = impulses.free[lane];
+  const real old = impulses.free[lane], old_whole = whole_free_impulse(block, lane, impulses);
   const real e = block.free_mobility[lane] - g * block.coupled_mobility[lane];
-  const real q = before - e * old;  // without any impulse of the free row
+  const FreeRow<real> alone = {e, before - e * old_whole};  // without any impulse of the free row
+  const FreeRow<real> row = beside_impedance(block, lane, alone);
   // a joint that sleeps has no mobility, and keeps its impulse
-  const real r_free = e > 0 ? free_impulse(block, lane, e, q, slowest, fastest, share * block.bound_softness[lane])
-                            : (block.free_mobility[lane] > 0 ? real(0) : old);
-  const real change = r_free - old;
+  const real r_free =
+      e > 0 ? free_impulse(block, lane, row.e, row.q, slowest, fastest, share * block.bound_softness[lane])
+            : (block.free_mobility[lane] > 0 ? real(0) : old);
+  if (e > 0 && has_impedance(block, lane)) impulses.impedance[lane] = impedance_impulse(block, lane, alone, r_free);
+  impulses.free[lane] = r_free;
+  const real change = whole_free_impulse(block, lane, impulses) - old_whole;
 
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     d[i] = d[i] - g * block.response[i][lane] * change;
     impulses.locked[i][lane] = impulses.locked[i][lane] + d[i];
   }
-  impulses.free[lane] = r_free;
   push_joint(block, free, lane, d, change, a, b);
   return joint_change(u, w, arm_a, arm_b, a, b);
 }
@@ -198,8 +241,9 @@ void start_joints(Buffers<real>& buffers) {
     const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
     real r[JOINT_ROWS];
     for (u32 i = 0; i < JOINT_ROWS; ++i) r[i] = impulses.locked[i][lane];
-    push_joint(buffers.joint_blocks[block], lanes.free[lane], lane, r, impulses.free[lane],
-               buffers.motions[lanes.body_a[lane]], buffers.motions[lanes.body_b[lane]]);
+    push_joint(buffers.joint_blocks[block], lanes.free[lane], lane, r,
+               whole_free_impulse(buffers.joint_blocks[block], lane, impulses), buffers.motions[lanes.body_a[lane]],
+               buffers.motions[lanes.body_b[lane]]);
   });
 }
 

@@ -111,6 +111,30 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
+  const std::string group = "Robots";
+  command
+      .add_flag("--strict", options.reading.strict,
+                "Refuse what of a robot's file would be left out, which is told otherwise (docs/formats.md)")
+      ->group(group);
+  command
+      .add_flag("--approximate", options.reading.approximate,
+                "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told")
+      ->group(group);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--package",
+          [&options](const std::vector<std::string>& packages) {
+            for (const std::string& package : packages) {
+              const std::size_t at = package.find('=');
+              if (at == package.npos || at == 0)
+                throw CLI::ValidationError("--package", "must be NAME=FOLDER, is '" + package + "'");
+              options.reading.packages[package.substr(0, at)] = package.substr(at + 1);
+            }
+          },
+          "The folder of package://NAME in robot files, before those above them and ROS_PACKAGE_PATH")
+      ->type_name("NAME=FOLDER")
+      ->allow_extra_args(false)
+      ->group(group);
   add_setting_options(command, options);
 }
 
@@ -156,7 +180,7 @@ void apply_given(const SceneOptions& options, Settings& settings, std::initializ
 }
 
 Scene read_scene_with(const SceneOptions& options) {
-  Scene scene = read_scene(options.scene, options.seed);
+  Scene scene = read_scene(options.scene, options.seed, options.reading);
   print_notes(scene);
   Settings& settings = scene.settings;
   if (options.solver && *options.solver != settings.solver) replace_solver(settings, *options.solver);

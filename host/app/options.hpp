@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "host/scene/robot_reading.hpp"
 #include "host/scene/scene.hpp"
 #include "host/steppers/stepper.hpp"
 
@@ -31,7 +32,8 @@ struct SceneOptions : TargetOptions {
   std::optional<double> time;  // s
   std::string sleeping;        // empty: as the scene says; off, or seconds
   u32 seed = 0;                // of what the scene draws at random
-  std::string resume;          // a checkpoint to start from; empty: the beginning
+  RobotReading reading;
+  std::string resume;  // a checkpoint to start from; empty: the beginning
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);

@@ -48,6 +48,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::closed_joints, "CLOSED_JOINTS"},
     {Feature::screws, "SCREWS"},
     {Feature::joint_angles, "JOINT_ANGLES"},
+    {Feature::joint_impedances, "JOINT_IMPEDANCES"},
     {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::sleeping, "SLEEPING"},
     {Feature::facets, "FACETS"},

@@ -57,6 +57,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::closed_joints, Feature::joints},
     {Feature::screws, Feature::joints},
     {Feature::joint_angles, Feature::joints},
+    {Feature::joint_impedances, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},

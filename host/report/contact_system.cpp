@@ -98,6 +98,11 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
     j.impulse[i] = double(impulses.locked[i][lane]);
   }
   j.effective_mobility = double(data.free_mobility[lane]) - double(data.coupled_mobility[lane]) / (1 + j.softness);
+  j.impedance_compliance = double(data.impedance_compliance[lane]);
+  j.impedance_speed = double(data.impedance_speed[lane]);
+  j.impedance_impulse = j.impedance_compliance > 0 ? double(impulses.impedance[lane]) : 0;
+  if (j.impedance_compliance > 0)
+    j.effective_mobility *= j.impedance_compliance / (j.effective_mobility + j.impedance_compliance);
   j.free_impulse = double(impulses.free[lane]);
   j.motor_speed = double(data.motor_speed[lane]);
   j.motor_impulse = double(data.motor_impulse[lane]);

@@ -67,8 +67,10 @@ struct SystemJoint {
   double slowest = 0, fastest = 0;  // bounds of the free velocity
   double bound_softness = 0;        // their softness, in parts of the mobility
   double spring_compliance = 0;     // of its spring, which both bounds are the rest of; 0 where there is none
-  double effective_mobility = 0;    // of the free row while the locked rows answer
-  u32 joint = 0;                    // index into the joints it came from
+  // of armature and what is beside it: u - impedance_speed + impedance_compliance impulse = 0; 0 where there is none
+  double impedance_compliance = 0, impedance_speed = 0, impedance_impulse = 0;
+  double effective_mobility = 0;  // of the free row while the locked rows and the impedance answer
+  u32 joint = 0;                  // index into the joints it came from
 };
 
 /// The linear and the angular part of the rows of a joint together, b against a: what an impulse `rows` pushes with at
@@ -77,6 +79,9 @@ inline Eigen::Vector3d push_of(const SystemJoint& joint, const Rows& rows) { ret
 inline Eigen::Vector3d moment_of(const SystemJoint& joint, const Rows& rows) {
   return joint.axes * rows.tail<3>() - joint.lead * rows[2] * joint.axes.col(2);
 }
+
+/// All that the free row pushes with.
+inline double whole_free_impulse(const SystemJoint& joint) { return joint.free_impulse + joint.impedance_impulse; }
 
 /// Whether dry friction acts on the free row, or a motor that wants it to stand still.
 inline bool has_friction(const SystemJoint& joint) {

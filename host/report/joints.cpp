@@ -221,7 +221,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
   measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - lead * locked(2));
   measures.torque -= radius_of(buffers, index) * axis.cross(measures.force);  // what rolls is held where it touches
-  measures.drive = double(impulses.free[lane]) / double(params.dt);
+  measures.drive = (double(impulses.free[lane]) + double(impulses.impedance[lane])) / double(params.dt);
   return measures;
 }
 
@@ -229,10 +229,22 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
-  if (joint.spring_compliance == 0) return 0;
-  const double stretch = coordinate(buffers, double(params.dt), index, offset_of(buffers, index)) - double(joint.low);
-  const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
-  return 0.5 * stiffness * stretch * stretch;
+  const auto energy = [&](real rate, real compliance, real rest) -> double {
+    if (compliance == 0) return 0;
+    const double stretch = coordinate(buffers, double(params.dt), index, offset_of(buffers, index)) - double(rest);
+    return 0.5 * double(rate) / (double(compliance) * double(params.dt)) * stretch * stretch;
+  };
+  const bool keeps = !(joint.motor_force < 0);  // not of bounded force
+  return (keeps ? energy(joint.rate, joint.spring_compliance, joint.low) : 0) +
+         energy(joint.side_rate, joint.side_compliance, joint.side_rest);
+}
+
+template <class real>
+double armature_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+  const double armature = double(buffers.joints[index].armature);
+  if (armature == 0) return 0;
+  const double speed = measure_joint(buffers, params, index, ImpulsesOf::last_substep).speed;
+  return 0.5 * armature * speed * speed;
 }
 
 template <class real>
@@ -241,9 +253,12 @@ bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>
   const double undamped = 1 / (theta * double(params.dt));           // the rate of a spring without a damper
   const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
   return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
-    const bool damped = joint.spring_compliance > 0 && double(joint.rate) < (1 - rounding) * undamped;
+    const auto damped = [&](real rate, real compliance) {
+      return compliance > 0 && double(rate) < (1 - rounding) * undamped;
+    };
+    const bool loses = damped(joint.rate, joint.spring_compliance) || damped(joint.side_rate, joint.side_compliance);
     const bool equal = joint.low == joint.high;
-    return joint.motor_force == 0 && joint.spring == 0 && !damped && (joint.limited == 0 || equal);
+    return joint.motor_force == 0 && joint.spring == 0 && !loses && (joint.limited == 0 || equal);
   });
 }
 
@@ -261,6 +276,7 @@ bool joints_conserve_momentum(const Buffers<real>& buffers) {
   template JointMeasures measure_joint(const Buffers<real>&, const StepParams<real>&, u32, ImpulsesOf); \
   template JointDrift joint_drift(const Buffers<real>&);                                                \
   template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);                    \
+  template double armature_energy(const Buffers<real>&, const StepParams<real>&, u32);                  \
   template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&);                  \
   template bool joints_conserve_momentum(const Buffers<real>&);
 INSTANTIATE(float)

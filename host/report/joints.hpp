@@ -41,6 +41,10 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
 
+/// The energy of motion that the armature of a joint has along its coordinate, J.
+template <class real>
+double armature_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
+
 /// Whether joints neither take energy up nor give it: no motors, no dampers, none that are soft, no limits but equal
 /// ones.
 template <class real>

@@ -173,6 +173,10 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
     for (u32 i = 0; i < sizes.joints; ++i)
       result.worlds[buffers.joint_infos[i].world].potential += spring_energy(buffers, params, i);
   }
+  if (has(features, Feature::joint_impedances)) {
+    for (u32 i = 0; i < sizes.joints; ++i)
+      result.worlds[buffers.joint_infos[i].world].kinetic += armature_energy(buffers, params, i);
+  }
   if (has(features, Feature::pivots)) result.pivot_drift = pivot_drift(buffers, sizes.bodies);
 
   if (has(features, Feature::joints)) result.joint_drift = joint_drift(buffers);

@@ -28,10 +28,10 @@ Vector3d relative_velocity(const At& at, const Vector3d& v_a, const Vector3d& w_
 
 // The impulse and the moment of all rows of a joint on b, or of the locked ones alone.
 Vector3d joint_impulse(const SystemJoint& j, bool with_free) {
-  return push_of(j, j.impulse) + free_push_of(j, with_free ? j.free_impulse : 0);
+  return push_of(j, j.impulse) + free_push_of(j, with_free ? whole_free_impulse(j) : 0);
 }
 Vector3d joint_moment(const SystemJoint& j, bool with_free) {
-  return moment_of(j, j.impulse) + free_moment_of(j, with_free ? j.free_impulse : 0);
+  return moment_of(j, j.impulse) + free_moment_of(j, with_free ? whole_free_impulse(j) : 0);
 }
 
 // What all impulses together did to the bodies, M^-1 J^T r, and the sizes of what was added up.
@@ -278,6 +278,10 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 double wanted_speed(const SystemJoint& j, double u) {
   const double e = j.effective_mobility, q = u - e * j.free_impulse;
   if (j.spring_compliance > 0) {
+    if (j.motor_impulse < 0) {
+      const double alone = (j.slowest - q) / (e + j.spring_compliance);
+      return q + e * std::clamp(alone, j.motor_speed + j.motor_impulse, j.motor_speed - j.motor_impulse);
+    }
     const double left = j.spring_compliance / (e + j.spring_compliance), idle = j.slowest + left * (q - j.slowest);
     const double motor_change = left * e * j.motor_impulse;
     return std::clamp(j.motor_speed, idle - motor_change, idle + motor_change);
@@ -316,9 +320,15 @@ void add_joint(const SystemJoint& j, const SystemBody& a, const SystemBody& b, c
     add(radius * defect.tail<3>().norm(), radius * free_of_impulses.tail<3>().norm(),
         radius * wr.locked.tail<3>().norm(), 1);
   const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
-  if (j.free == FREE_NOTHING || !(bounded || j.motor_impulse > 0)) return;
   const bool angular = j.free == FREE_ANGLE;
   const double size = angular ? radius : 1;
+  if (j.impedance_compliance > 0) {
+    // by how much a solve of its row alone would change the velocity
+    const double off = u.free - j.impedance_speed + j.impedance_compliance * j.impedance_impulse;
+    const double share = j.effective_mobility / j.impedance_compliance;
+    add(size * share * std::abs(off), size * std::abs(u.free - wr.free), size * std::abs(wr.free), 1);
+  }
+  if (j.free == FREE_NOTHING || !(bounded || j.motor_impulse > 0)) return;
   add(size * std::abs(u.free - wanted_speed(j, u.free)), size * std::abs(u.free - wr.free), size * std::abs(wr.free),
       1);
 }

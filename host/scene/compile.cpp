@@ -9,6 +9,7 @@
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
+#include "host/scene/compile_loads.hpp"
 #include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
@@ -79,6 +80,7 @@ class Compiler {
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     if (has(state_.features, Feature::partitions)) compile_partitions(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
+    support_weights(worlds_, state_.buffers);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
   }
@@ -329,12 +331,7 @@ void Compiler<real>::set_features() {
   Features& features = state_.features;
   const bool runge_kutta = settings.integrator == Integrator::runge_kutta;
   features = with(features, runge_kutta ? Feature::runge_kutta : Feature::time_stepping);
-  if (settings.loads) {
-    if (runge_kutta)
-      throw Error(Failure::input, worlds_[0].source + ": /settings/integrator",
-                  "runge_kutta knows no forces from outside; use trapezoidal");
-    features = with(features, Feature::loads);
-  }
+  if (has_loads(worlds_)) features = with(features, Feature::loads);
   for (const Scene& scene : worlds_) {
     const bool pushing = is_penalty(scene);  // by particles instead of shapes
     if (pushing) features = with(features, Feature::particles);

@@ -14,6 +14,9 @@ namespace lockstep {
 
 namespace {
 
+// Whether armature, or a spring beside limits, acts on its free coordinate.
+bool has_impedance(const JointDescription& joint) { return joint.armature > 0 || (joint.limited && joint.spring); }
+
 Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
 // Where the bodies of a joint stand for its anchors and its axis: where they are at load unless it says otherwise.
@@ -59,15 +62,43 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
 // The spring of the free coordinate, taken at the end of a sub-step, or in its middle where the integrator is of second
 // order and energy is to stay (cpu_reference/prepare_joints.hpp).
 template <class real>
-void set_spring(const Settings& settings, const JointSpring& in, const Origin& origin, Joint<real>& out) {
+struct Spring {
+  real rate, compliance, rest;
+};
+
+template <class real>
+Spring<real> make_spring(const Settings& settings, const JointSpring& in, const Origin& origin) {
   const double h = settings.dt / substeps_of(settings);
   const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
   const double stiff = theta * h * in.stiffness + in.damping;
-  out.limited = 1;
-  out.low = out.high = rounded<real>(in.rest, "the rest of a spring", origin);
-  out.rate = rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin);
   rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
-  out.spring_compliance = static_cast<real>(1 / (h * stiff));
+  if (!(in.forces[0] < in.forces[1]))
+    throw Error(Failure::input, "a spring", "the least of its forces must be below the most");
+  return {rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin), static_cast<real>(1 / (h * stiff)),
+          rounded<real>(in.rest, "the rest of a spring", origin)};
+}
+
+// Armature, and the spring; one that is alone has the place of the limits.
+template <class real>
+void set_impedance(const Settings& settings, const JointDescription& in, const Origin& origin, Joint<real>& out) {
+  if (in.armature > 0) {
+    out.armature = rounded_positive<real>(in.armature, "the armature", origin);
+    rounded_positive<real>(1 / in.armature, "1 / armature", origin);
+  }
+  if (!in.spring) return;
+  const auto [rate, compliance, rest] = make_spring<real>(settings, *in.spring, origin);
+  if (has_impedance(in)) {
+    if (in.spring->forces != any_force)
+      throw Error(Failure::input, "a spring", "of bounded force has a joint without limits and armature to itself");
+    out.side_rate = rate;
+    out.side_compliance = compliance;
+    out.side_rest = rest;
+    return;
+  }
+  out.limited = 1;
+  out.low = out.high = rest;
+  out.rate = rate;
+  out.spring_compliance = compliance;
 }
 
 template <class real>
@@ -88,7 +119,7 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
   out.limited = in.limited;
   out.low = rounded<real>(in.low, "limits", origin);
   out.high = rounded<real>(in.high, "limits", origin);
-  if (in.spring) set_spring(settings, *in.spring, origin, out);
+  set_impedance(settings, in, origin, out);
   if (free_of(in.kind) == FREE_LENGTH && !in.limited && !in.spring) {  // a rod
     out.limited = 1;
     out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
@@ -243,6 +274,8 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     }
     if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
       state.features = with(state.features, Feature::joint_springs);
+    if (std::ranges::any_of(scene.joints, has_impedance))
+      state.features = with(state.features, Feature::joint_impedances);
   }
   if (std::ranges::any_of(b.screw_leads, [](real lead) { return lead != 0; }))
     state.features = with(state.features, Feature::screws);

@@ -61,9 +61,10 @@ Quaternion quaternion_of(const XmlNode& node, const char* attribute) {
   return exact::unit(Quaternion{q[1], q[2], q[3], q[0]});
 }
 
-void MjcfElement::expect_attributes(std::initializer_list<std::string_view> known) const {
-  node_.expect_attributes(known);
-  for (const XmlNode& node : defaults_) node.expect_attributes(known);
+std::vector<XmlNode> MjcfElement::from_farthest() const {
+  std::vector<XmlNode> nodes(defaults_.rbegin(), defaults_.rend());
+  nodes.push_back(node_);
+  return nodes;
 }
 
 const XmlNode& MjcfElement::holder(const char* attribute) const {
@@ -130,7 +131,6 @@ MjcfDefaults::MjcfDefaults(const XmlNode& top) {
 }
 
 void MjcfDefaults::add(const XmlNode& node, std::optional<std::size_t> parent) {
-  node.expect_attributes({"class"});
   std::size_t index = 0;
   if (parent) {
     const std::string name = node.text("class");
@@ -143,11 +143,10 @@ void MjcfDefaults::add(const XmlNode& node, std::optional<std::size_t> parent) {
     classes_[0].name = node.text("class");
   }
   for (const XmlNode& child : node.children()) {
-    if (child.name() == "default") {
+    if (child.name() == "default")
       add(child, index);
-    } else if (!classes_[index].elements.emplace(child.name(), child).second) {
-      child.fail("stands twice in <default>; give it once");
-    }
+    else
+      classes_[index].elements.push_back(child);
   }
 }
 
@@ -161,12 +160,14 @@ std::size_t MjcfDefaults::find(const XmlNode& node, const char* attribute) const
   node.unknown(attribute, "class", std::move(names));
 }
 
-MjcfElement MjcfDefaults::element(const XmlNode& node, std::size_t body_class, const char* kind) const {
+MjcfElement MjcfDefaults::element(const XmlNode& node, std::size_t body_class,
+                                  std::initializer_list<std::string_view> kinds) const {
   std::optional<std::size_t> at = node.has("class") ? find(node, "class") : body_class;
   std::vector<XmlNode> defaults;
   for (; at; at = classes_[*at].parent) {
-    const auto found = classes_[*at].elements.find(kind);
-    if (found != classes_[*at].elements.end()) defaults.push_back(found->second);
+    const std::vector<XmlNode>& elements = classes_[*at].elements;
+    for (auto other = elements.rbegin(); other != elements.rend(); ++other)
+      if (std::ranges::find(kinds, other->name()) != kinds.end()) defaults.push_back(*other);
   }
   return {node, std::move(defaults)};
 }

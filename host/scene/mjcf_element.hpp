@@ -2,7 +2,7 @@
 // five ways, in angles that the element <compiler> chooses.
 #pragma once
 
-#include <map>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +17,8 @@ struct MjcfCompiler {
   double least_mass = 0, least_inertia = 0, total_mass = 0;  // kg, kg m^2; total 0: as it is
   std::string euler = "xyz";                                 // small letters: about axes that turn along
   std::string mesh_folder;
+  bool strip_path = false, balance = false;  // folders of files; moments that break the triangle inequality
+  double first_group = 0, last_group = 5;    // of geoms that weigh
 };
 
 /// An element, and below it, nearest first, the defaults that it has by its class.
@@ -26,8 +28,8 @@ class MjcfElement {
 
   const XmlNode& node() const { return node_; }
   bool has(const char* attribute) const { return holder(attribute).has(attribute); }
-  /// Refuses attributes other than these, in defaults too.
-  void expect_attributes(std::initializer_list<std::string_view> known) const;
+  /// It and its defaults, the farthest first: as MuJoCo applies them.
+  std::vector<XmlNode> from_farthest() const;
   /// Where the attribute stands; the element itself where it is nowhere, which then refuses to be read.
   const XmlNode& holder(const char* attribute) const;
 
@@ -61,8 +63,9 @@ class MjcfDefaults {
  public:
   /// All that the document has at its top.
   explicit MjcfDefaults(const XmlNode& top);
-  /// An element of a kind ("geom"), by its own class, else by that of the body around it, which is 0 outside of bodies.
-  MjcfElement element(const XmlNode& node, std::size_t body_class, const char* kind) const;
+  /// An element, whose defaults are of these kinds, by its own class, else by that of the body around it, which is 0
+  /// outside of bodies.
+  MjcfElement element(const XmlNode& node, std::size_t body_class, std::initializer_list<std::string_view> kinds) const;
   /// The place of the class that an attribute names; refuses one that there is not.
   std::size_t find(const XmlNode& node, const char* attribute) const;
 
@@ -70,7 +73,7 @@ class MjcfDefaults {
   struct Class {
     std::string name;
     std::optional<std::size_t> parent;
-    std::map<std::string, XmlNode> elements;
+    std::vector<XmlNode> elements;
   };
   void add(const XmlNode& node, std::optional<std::size_t> parent);
 

@@ -25,41 +25,28 @@ void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool i
   joint.kind = is_revolute ? RobotJointKind::revolute : RobotJointKind::prismatic;
 }
 
+// Of joints without one axis.
+void expect_nothing_that_acts(const MjcfElement& element, LeftOut& left_out, const char* type) {
+  for (const char* attribute : {"stiffness", "damping", "frictionloss", "armature"})
+    if (element.not_negative(attribute, 0) > 0)
+      left_out.approximate(element.holder(attribute).location() + " " + attribute,
+                           "belongs to a joint with one axis, and this one has none; set it to 0 here, or run with "
+                           "--approximate",
+                           fmt::format("joint {} of a {}", attribute, type));
+}
+
 // Only its axis, its place and, where it is to be part of another one, nothing that acts.
 bool is_plain(const MjcfJoint& in, RobotJointKind kind, const std::set<std::string>& used) {
   const RobotJoint& joint = in.joint;
-  return joint.kind == kind && !used.contains(joint.name) && joint.damping == 0 && joint.friction == 0 && !joint.spring;
+  return joint.kind == kind && !used.contains(joint.name) && joint.damping == 0 && joint.friction == 0 &&
+         joint.armature == 0 && !joint.spring;
 }
 
 }  // namespace
 
-MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number) {
+MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number,
+                          LeftOut& left_out) {
   const XmlNode& node = element.node();
-  element.expect_attributes({"name",
-                             "class",
-                             "type",
-                             "group",
-                             "pos",
-                             "axis",
-                             "springdamper",
-                             "solreflimit",
-                             "solimplimit",
-                             "solreffriction",
-                             "solimpfriction",
-                             "stiffness",
-                             "range",
-                             "limited",
-                             "actuatorfrcrange",
-                             "actuatorfrclimited",
-                             "actuatorgravcomp",
-                             "margin",
-                             "ref",
-                             "springref",
-                             "armature",
-                             "damping",
-                             "frictionloss",
-                             "user"});
-  node.expect_children({});
   MjcfJoint out;
   RobotJoint& joint = out.joint;
   joint.name = node.has("name") ? node.text("name") : fmt::format("joint_{}", number);
@@ -69,16 +56,18 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
     element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});
   if (type == "free") {
     joint.kind = RobotJointKind::floating;
+    expect_nothing_that_acts(element, left_out, "free");
     return out;
   }
-  element.expect_zero("springdamper", "is not read; give stiffness and damping");
   joint.anchor = element.vector("pos", {0, 0, 0});
   if (type == "ball") {
     joint.kind = RobotJointKind::ball;
-    for (const char* attribute : {"stiffness", "damping", "frictionloss"})
-      element.expect_zero(attribute, "belongs to a joint with one axis, a ball has none; set it to 0 here");
+    expect_nothing_that_acts(element, left_out, "ball");
     if (element.choice("limited").value_or(compiler.autolimits && element.has("range")))
-      node.fail("is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its place");
+      left_out.approximate(node.location(),
+                           "is a ball with limits, which are not simulated; give limited=\"false\", hinges in its "
+                           "place, or run with --approximate",
+                           "joint range of a ball");
     return out;
   }
   const bool is_revolute = type == "hinge";
@@ -89,9 +78,14 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
     return is_revolute ? element.radians(attribute, 0, compiler) : element.number(attribute, 0);
   };
   out.reference = coordinate("ref");
+  if (element.has("actuatorfrcrange") && element.choice("actuatorfrclimited").value_or(compiler.autolimits)) {
+    const std::vector<double> range = element.holder("actuatorfrcrange").numbers("actuatorfrcrange", 2, 2);
+    out.actuator_forces = {range[0], range[1]};
+  }
   read_range(element, compiler, is_revolute, out);
   joint.damping = element.not_negative("damping", 0);
   joint.friction = element.not_negative("frictionloss", 0);
+  joint.armature = element.not_negative("armature", 0);
   const double stiffness = element.not_negative("stiffness", 0);
   if (stiffness > 0) joint.spring = JointSpring{stiffness, 0, coordinate("springref") - out.reference};
   return out;

@@ -150,8 +150,8 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
-  if (is_robot(source)) return robot_scene(text, source);
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed, const RobotReading& reading) {
+  if (is_robot(source)) return robot_scene(text, source, reading);
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
@@ -182,7 +182,7 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
     for (NamedJoint& joint : read_joints(root.at("joints"), false)) list.joints.push_back(std::move(joint));
   }
   scene.bodies = std::move(list.bodies);
-  if (has_robots) read_robots(root.at("robots"), names, scene);
+  if (has_robots) read_robots(root.at("robots"), names, reading, scene);
   const JsonNode of_bodies = root.at(root.has("bodies") ? "bodies" : "robots");
   if (scene.bodies.empty()) of_bodies.fail("is empty; a scene needs a body");
   expect_different_names(of_bodies, scene.bodies);
@@ -193,6 +193,10 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
   expect_joints_of_passing(scene);
   if (root.has("sensors")) scene.sensors = read_sensors(root.at("sensors"), scene);
   return scene;
+}
+
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
+  return parse_scene(text, source, seed, {});
 }
 
 BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
@@ -248,11 +252,11 @@ std::optional<CameraDescription> parse_camera(const std::string& text, const std
   return read_camera(root.at("camera"));
 }
 
-Scene read_scene(const std::string& path_or_name, u32 seed) {
+Scene read_scene(const std::string& path_or_name, u32 seed, const RobotReading& reading) {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : embedded_scenes()) {
     names.push_back(stem(std::string(file.name)));
-    if (names.back() == path_or_name) return parse_scene(std::string(file.text), std::string(file.name), seed);
+    if (names.back() == path_or_name) return parse_scene(std::string(file.text), std::string(file.name), seed, reading);
   }
   std::error_code ignored;
   if (!fs::exists(path_or_name, ignored)) {
@@ -261,8 +265,10 @@ Scene read_scene(const std::string& path_or_name, u32 seed) {
                 is_path ? "no such file; 'lockstep scenes' lists the built-in ones"
                         : "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
   }
-  return parse_scene(read_text_file(path_or_name), path_or_name, seed);
+  return parse_scene(read_text_file(path_or_name), path_or_name, seed, reading);
 }
+
+Scene read_scene(const std::string& path_or_name, u32 seed) { return read_scene(path_or_name, seed, {}); }
 
 std::vector<SceneListing> built_in_scenes() {
   std::vector<SceneListing> listings;

@@ -5,17 +5,19 @@
 #include <string>
 #include <vector>
 
+#include "host/scene/robot_reading.hpp"
 #include "host/scene/scene.hpp"
 
 namespace lockstep {
 
 /// Reads a scene from a path, or a built-in scene by its name. Throws Error (input) with "file: /json/path: rule and
 /// value". With another seed than 0 what it draws at random is drawn otherwise: jitters take as their seed the one in
-/// the file plus `seed` times seed_stride, modulo 2^32.
-Scene read_scene(const std::string& path_or_name, u32 seed = 0);
+/// the file plus `seed` times seed_stride, modulo 2^32. Scene::notes say what was left out of robots, which
+/// `reading` refuses, or allows more of.
+Scene read_scene(const std::string& path_or_name, u32 seed = 0, const RobotReading& reading = {});
 
 /// Reads a scene from JSON text, or a robot where `source`, which stands for the file in errors, ends in .urdf or .xml.
-Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0);
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0, const RobotReading& reading = {});
 
 /// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source);

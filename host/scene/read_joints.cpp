@@ -71,7 +71,6 @@ void read_friction(const JsonNode& node, JointFree free, JointDescription& joint
 void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (!node.has("spring")) return;
   const JsonNode spring = node.at("spring");
-  if (joint.limited) spring.fail("does not go with limits; give one of them to a joint of its own");
   if (free == FREE_ANGLE)
     spring.expect_object({"stiffness", "damping", "rest", "rest_deg"});
   else
@@ -145,7 +144,7 @@ void read_radius(const JsonNode& node, const char* kind, JointDescription& joint
 
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "radius", "limits",
-                      "limits_deg", "motor", "friction", "collide", "spring", "frequency", "damping"});
+                      "limits_deg", "motor", "friction", "collide", "spring", "armature", "frequency", "damping"});
   NamedJoint named = {{}, {}, {false, false}, node};
   JointDescription& joint = named.joint;
   joint.kind = node.at("type").choice<JointKind>("joint", joint_names);
@@ -167,10 +166,11 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   read_pitch(node, kind, joint);
   read_radius(node, kind, joint);
   const JointFree free = free_of(joint.kind);
-  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "friction", "spring"});
+  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "friction", "spring", "armature"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
   read_drive(node, joint);
+  if (node.has("armature")) joint.armature = node.at("armature").not_negative();
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
   if (is_non_holonomic(joint.kind)) refuse_keys(node, kind, {"frequency", "damping"});
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();

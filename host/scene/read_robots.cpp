@@ -22,21 +22,21 @@ namespace fs = std::filesystem;
 // How long a robot that says its time step runs, unless the run is told.
 constexpr double shown_seconds = 5;
 
-Robot parse_robot(const std::string& text, const std::string& source) {
-  return is_mjcf(source) ? parse_mjcf(text, source) : parse_urdf(text, source);
+Robot parse_robot(const std::string& text, const std::string& source, const RobotReading& reading) {
+  return is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source, reading);
 }
 
 // Those of the built-in scenes are in the library.
-Robot read_robot_file(const JsonNode& name) {
+Robot read_robot_file(const JsonNode& name, const RobotReading& reading) {
   const fs::path path = fs::path(name.source()).parent_path() / name.text();
   for (const EmbeddedFile& file : embedded_robots())
-    if (file.name == path.string()) return parse_robot(std::string(file.text), path.string());
+    if (file.name == path.string()) return parse_robot(std::string(file.text), path.string(), reading);
   std::error_code ignored;
   if (!is_robot(path.string())) name.must_be("the name of a .urdf or .xml file");
   if (!fs::is_regular_file(path, ignored))
     name.fail(fmt::format("names no file: {} does not exist; a robot is looked for from the folder of the scene",
                           quote(name.text())));
-  return parse_robot(read_text_file(path.string()), path.string());
+  return parse_robot(read_text_file(path.string()), path.string(), reading);
 }
 
 // What the scene says of a joint, in the words that the scene's own joints have.
@@ -101,7 +101,7 @@ void add(RobotComponents components, Scene& scene) {
 
 }  // namespace
 
-void read_robots(const JsonNode& array, Names& names, Scene& scene) {
+void read_robots(const JsonNode& array, Names& names, const RobotReading& reading, Scene& scene) {
   std::map<std::string, Robot> robots;  // each file once
   BodyCounts all;
   for (const BodyDescription& body : scene.bodies) all.add(body);
@@ -110,8 +110,11 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
         {"file", "name", "position", "orientation", "fixed", "material", "category", "collides_with", "joints"});
     const JsonNode file = node.at("file");
     const auto known = robots.find(file.text());
+    const bool is_new = known == robots.end();
     const Robot& robot =
-        known != robots.end() ? known->second : robots.emplace(file.text(), read_robot_file(file)).first->second;
+        is_new ? robots.emplace(file.text(), read_robot_file(file, reading)).first->second : known->second;
+    for (const std::string& note : robot.notes)
+      if (is_new) scene.notes.push_back(file.text() + ": " + note);
     RobotUse use;
     use.name = node.has("name") ? node.at("name").text() : robot.name;
     if (node.has("position")) use.position = node.at("position").vector();
@@ -139,13 +142,14 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
   }
 }
 
-Scene robot_scene(const std::string& text, const std::string& source) {
-  const Robot robot = parse_robot(text, source);
+Scene robot_scene(const std::string& text, const std::string& source, const RobotReading& reading) {
+  const Robot robot = parse_robot(text, source, reading);
   Scene scene;
   scene.source = source;
   scene.text = text;
   scene.name = fs::path(source).stem().string();
   scene.description = fmt::format("The robot {}, alone", robot.name);
+  scene.notes = robot.notes;
   if (robot.gravity) scene.gravity = *robot.gravity;
   if (robot.dt) {
     // light links between the joints of a body and stiff actuators want more than a few sweeps

@@ -11,16 +11,7 @@ namespace lockstep {
 
 namespace {
 
-// Of a frame in another one.
-struct Pose {
-  Vector3 position = {0, 0, 0};
-  Quaternion orientation = {0, 0, 0, 1};
-};
-
-Pose operator*(const Pose& outer, const Pose& inner) {
-  return {exact::add(outer.position, exact::rotate(outer.orientation, inner.position)),
-          exact::unit(exact::multiply(outer.orientation, inner.orientation))};
-}
+using Pose = RobotPose;
 
 Pose inverse(const Pose& pose) {
   const Quaternion& q = pose.orientation;
@@ -109,7 +100,7 @@ class Assembly {
     for (u32 i = 0; i < robot_.links.size(); ++i) {
       if (head_[i] != i) continue;
       const RobotLink& link = robot_.links[i];
-      const bool is_still = i == robot_.root && (use_.fixed || link.name == "world");
+      const bool is_still = i == robot_.root && (use_.fixed || robot_.root_is_fixed || link.name == "world");
       if (is_still && shapes_[i].empty()) continue;  // its joints are to the fixed frame
       BodyDescription body;
       body.name = use_.name + "/" + link.name;
@@ -118,6 +109,8 @@ class Assembly {
       body.shapes = std::move(shapes_[i]);
       if (is_still) {
         body.kind = BODY_STATIC;
+      } else if (link.is_kinematic) {
+        body.kind = BODY_KINEMATIC;
       } else if (solids_[i].empty()) {
         throw Error(Failure::input, link.location,
                     i == robot_.root
@@ -127,10 +120,25 @@ class Assembly {
       } else {
         const MassProperties solid = together(solids_[i]);
         make_solid_of(body, solid.mass, solid.center, solid.inertia);
+        body.gravity_share = share_of_weight(i);
       }
       body_[i] = static_cast<u32>(components_.bodies.size());
       components_.bodies.push_back(std::move(body));
     }
+  }
+
+  // Of all links of a body the same, for else the weight would turn it.
+  double share_of_weight(u32 head) const {
+    std::optional<double> share;
+    for (u32 i = 0; i < robot_.links.size(); ++i) {
+      const RobotLink& link = robot_.links[i];
+      if (head_[i] != head || !link.inertial) continue;
+      if (share && *share != link.gravity_share)
+        throw Error(Failure::input, link.location,
+                    "has another gravcomp than what it is fixed to, which is not simulated; give both the same");
+      share = link.gravity_share;
+    }
+    return share.value_or(1);
   }
 
   void make_joints() {
@@ -155,12 +163,34 @@ class Assembly {
     if (joint.body_a == joint.body_b)
       throw Error(Failure::input, loop.location, "holds two links that are one body already; remove it");
     const Pose& at = poses_[loop.a];
+    if (loop.sides) return add_sides(std::move(joint), loop);
     joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
     joint.collide = true;
     components_.joints.push_back(std::move(joint));
   }
 
-  // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
+  // As if one of the bodies stood where the two sides are one: the second, unless that is the fixed frame.
+  void add_sides(JointDescription joint, const RobotLoop& loop) {
+    const Pose side_a = poses_[loop.a] * (*loop.sides)[0], side_b = poses_[loop.b] * (*loop.sides)[1];
+    Pose a = pose_of(joint.body_a), b = pose_of(joint.body_b);
+    const bool moves_b = joint.body_b != NONE;
+    if (moves_b)
+      b = side_a * inverse(side_b) * b;
+    else
+      a = side_b * inverse(side_a) * a;
+    joint.anchor_a = joint.anchor_b = moves_b ? side_a.position : side_b.position;
+    joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
+    joint.collide = true;
+    components_.joints.push_back(std::move(joint));
+  }
+
+  Pose pose_of(u32 body) const {
+    if (body == NONE) return {};
+    return {components_.bodies[body].position, components_.bodies[body].orientation};
+  }
+
+  // The engine's joint has a motor or friction, and without armature limits or a spring; what is more gets a joint of
+  // its own.
   void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive) {
     JointDescription joint;
     joint.name = use_.name + "/" + in.name;
@@ -179,36 +209,45 @@ class Assembly {
     joint.low = in.low;
     joint.high = in.high;
     const std::optional<JointSpring> spring = spring_of(in, drive);
-    (joint.limited ? more : joint).spring = spring;
+    joint.armature = in.armature;
+    (joint.limited && !(in.armature > 0) ? more : joint).spring = spring;
     joint.motor_speed = drive.motor_speed;
     joint.motor_force = drive.motor_force;
     (drive.motor_force > 0 ? more : joint).friction = in.friction;
     const bool needs_more = more.spring || more.friction > 0;
     components_.joints.push_back(std::move(joint));
-    if (needs_more) components_.joints.push_back(std::move(more));
+    if (needs_more) components_.joints.push_back(more);
+    more.friction = 0;
+    for (const JointSpring& servo : in.servos) {
+      if (drive.spring || servo.forces == any_force) continue;
+      more.spring = servo;
+      components_.joints.push_back(more);
+    }
     if (!in.locked_at) return;
     lock.limited = true;
     lock.low = lock.high = *in.locked_at;
     components_.joints.push_back(std::move(lock));
   }
 
-  // Springs side by side are one, and so are dampers.
+  // Springs side by side are one, and so are dampers; not those whose force is bounded.
   static std::optional<JointSpring> spring_of(const RobotJoint& in, const RobotDrive& drive) {
-    std::optional<JointSpring> spring = drive.spring ? drive.spring : in.servo;
-    if (in.spring && spring) {
-      const double stiffness = spring->stiffness + in.spring->stiffness;
-      if (stiffness > 0)
-        spring->rest = (spring->stiffness * spring->rest + in.spring->stiffness * in.spring->rest) / stiffness;
-      spring->stiffness = stiffness;
-      spring->damping += in.spring->damping;
-    } else if (in.spring) {
-      spring = in.spring;
-    }
-    if (in.damping > 0) {
-      if (!spring) spring.emplace();
-      spring->damping += in.damping;
-    }
-    return spring;
+    std::optional<JointSpring> sum;
+    const auto add = [&](const JointSpring& spring) {
+      if (!sum) {
+        sum = spring;
+        return;
+      }
+      const double stiffness = sum->stiffness + spring.stiffness;
+      if (spring.stiffness > 0) sum->rest = (sum->stiffness * sum->rest + spring.stiffness * spring.rest) / stiffness;
+      sum->stiffness = stiffness;
+      sum->damping += spring.damping;
+    };
+    if (drive.spring) add(*drive.spring);
+    for (const JointSpring& servo : in.servos)
+      if (!drive.spring && servo.forces == any_force) add(servo);
+    if (in.spring) add(*in.spring);
+    if (in.damping > 0) add({0, in.damping, 0});
+    return sum;
   }
 
   // Where the two bodies of a joint would stand with the joint at 0, its parent where it is.

@@ -18,6 +18,8 @@ struct RobotLink {
   std::string name, location;              // the location is for messages
   std::optional<MassProperties> inertial;  // none: it has no mass of its own
   std::vector<ShapeDescription> shapes;    // materials and filters as Robot::contacts says
+  bool is_kinematic = false;               // goes where it is put, and pushes; below a floating joint
+  double gravity_share = 1;                // of its weight that it feels
 };
 
 /// `sliding` is prismatic without limits, `continuous` is revolute without.
@@ -34,10 +36,22 @@ struct RobotJoint {
   Vector3 second_axis = {0, 1, 0};         // of a universal joint: the one that the child carries
   double low = 0, high = 0;                // rad or m; of revolute and prismatic ones
   double damping = 0, friction = 0;        // N m s/rad and N m, or N s/m and N
+  double armature = 0;                     // inertia along its coordinate, kg or kg m^2
   std::optional<JointSpring> spring = {};  // always there
-  std::optional<JointSpring> servo = {};   // an actuator's, as long as the scene gives no spring
+  std::vector<JointSpring> servos = {};    // its actuators', as long as the scene gives no spring
   std::optional<double> locked_at = {};    // the coordinate does not leave this
   bool collide = false;                    // its two bodies may touch
+};
+
+/// Of a frame in another one.
+struct RobotPose {
+  Vector3 position = {0, 0, 0};
+  Quaternion orientation = {0, 0, 0, 1};
+
+  RobotPose operator*(const RobotPose& inner) const {
+    return {exact::add(position, exact::rotate(orientation, inner.position)),
+            exact::unit(exact::multiply(orientation, inner.orientation))};
+  }
 };
 
 /// Holds two links of a tree together, so that it has a ring.
@@ -46,6 +60,8 @@ struct RobotLoop {
   bool is_ball = false;  // about the anchor, as a ball does; else nothing moves
   u32 a = 0, b = 0;
   Vector3 anchor = {0, 0, 0};  // in the frame of a, with all joints at 0
+  // where they are held together otherwise than as they stand: in the frame of a, and in that of b
+  std::optional<std::array<RobotPose, 2>> sides = {};
 };
 
 /// How shapes touch, where the file says it: their materials are indices into these, and their categories and masks
@@ -61,9 +77,11 @@ struct Robot {
   std::vector<RobotLink> links;
   std::vector<RobotJoint> joints;  // a parent before its children
   u32 root = 0;                    // the link that is no child
+  bool root_is_fixed = false;      // it does not move, whatever a scene says
   std::vector<RobotLoop> loops;
   std::vector<std::array<u32, 2>> passing;  // links that pass through each other
   std::optional<RobotContacts> contacts;    // none: as the scene says
+  std::vector<std::string> notes;           // what was left out or replaced, a line each
   // where a robot is a scene of its own
   std::optional<Vector3> gravity;
   std::optional<double> dt;

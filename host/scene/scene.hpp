@@ -1,6 +1,8 @@
 // A scene as a file describes it, in double and SI units; z up. Reading and compiling are in read.hpp and compile.hpp.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -97,6 +99,7 @@ struct BodyDescription {
   Quaternion orientation = {0, 0, 0, 1};
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
+  double gravity_share = 1;              // of its weight that it feels: a load holds the rest
   bool pivoted = false;
   Vector3 com_offset = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
   bool continuous = false;         // its impacts are looked for within the step
@@ -109,11 +112,16 @@ struct ReferencePoses {
   Quaternion orientation_a = {0, 0, 0, 1}, orientation_b = {0, 0, 0, 1};
 };
 
-/// Pushes the free coordinate x of a joint by -stiffness (x - rest) - damping x'.
+/// Of what pushes as much as it must.
+inline constexpr std::array<double, 2> any_force = {-std::numeric_limits<double>::infinity(),
+                                                    std::numeric_limits<double>::infinity()};
+
+/// Pushes the free coordinate x of a joint by -stiffness (x - rest) - damping x', as far as its forces allow.
 struct JointSpring {
-  double stiffness = 0;  // N/m, N m/rad
-  double damping = 0;    // N s/m, N m s/rad
-  double rest = 0;       // m, rad
+  double stiffness = 0;                      // N/m, N m/rad
+  double damping = 0;                        // N s/m, N m s/rad
+  double rest = 0;                           // m, rad
+  std::array<double, 2> forces = any_force;  // the least and the most, N or N m
 };
 
 using JointStand [[deprecated("is called ReferencePoses")]] = ReferencePoses;
@@ -133,7 +141,8 @@ struct JointDescription {
   double low = 0, high = 0;                            // m or rad
   double motor_speed = 0, motor_force = 0;             // m/s and N, rad/s and N m; a force of 0 is no motor
   double friction = 0;                                 // N or N m, dry, instead of a motor
-  std::optional<JointSpring> spring = {};              // instead of limits
+  std::optional<JointSpring> spring = {};              // beside limits too
+  double armature = 0;                                 // inertia along the free coordinate, kg or kg m^2
   bool collide = false;                                // the two bodies may collide with each other
   double frequency = 0;                                // Hz, of a joint that is soft as a whole; 0 where it is rigid
   double damping = 1;                                  // of that, in parts of the critical one
@@ -145,8 +154,13 @@ struct JointDrive {
   double speed = 0, force = 0;
 };
 
-/// Its motor; or dry friction (Coulomb's, survey 3.1), which is a motor that wants it to stand still.
+/// Its motor; or dry friction (Coulomb's, survey 3.1), which is a motor that wants it to stand still. A spring of
+/// bounded force has the middle of its bounds instead of the speed, and the half of what is between them, below 0.
 inline JointDrive drive_of(const JointDescription& joint) {
+  if (joint.spring && joint.spring->forces != any_force) {
+    const auto [least, most] = joint.spring->forces;
+    return {0.5 * (least + most), -0.5 * (most - least)};
+  }
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
 

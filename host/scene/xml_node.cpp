@@ -77,19 +77,32 @@ void XmlNode::expect_children(std::initializer_list<std::string_view> known,
   }
 }
 
+std::vector<std::string> XmlNode::attributes() const {
+  std::vector<std::string> names;
+  for (const auto* a = element_->FirstAttribute(); a != nullptr; a = a->Next()) names.emplace_back(a->Name());
+  return names;
+}
+
+void XmlNode::add_children(const char* name, std::vector<XmlNode>& nodes) const {
+  for (const auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    if (e->GetUserData() != nullptr)
+      static_cast<const XmlNode*>(e->GetUserData())->add_children(name, nodes);
+    else if (name == nullptr || std::string_view(name) == e->Name())
+      nodes.emplace_back(*e, *source_);
+  }
+}
+
 std::vector<XmlNode> XmlNode::children(const char* name) const {
   std::vector<XmlNode> nodes;
-  for (const auto* e = element_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name))
-    nodes.emplace_back(*e, *source_);
+  add_children(name, nodes);
   return nodes;
 }
 
 std::optional<XmlNode> XmlNode::child(const char* name) const {
-  const tinyxml2::XMLElement* found = element_->FirstChildElement(name);
-  if (found == nullptr) return std::nullopt;
-  if (const auto* other = found->NextSiblingElement(name))
-    XmlNode(*other, *source_).fail(fmt::format("stands twice in {}; remove one", in_brackets(element_->Name())));
-  return XmlNode(*found, *source_);
+  const std::vector<XmlNode> found = children(name);
+  if (found.empty()) return std::nullopt;
+  if (found.size() > 1) found[1].fail(fmt::format("stands twice in {}; remove one", in_brackets(element_->Name())));
+  return found[0];
 }
 
 XmlNode XmlNode::needed_child(const char* name) const {
@@ -124,7 +137,14 @@ std::vector<double> XmlNode::numbers(const char* attribute, std::size_t least, s
   };
   std::vector<double> values;
   bool good = true;
-  for (skip_spaces(); at != end && good; skip_spaces()) {
+  const auto skip_separator = [&] {
+    skip_spaces();
+    if (!good || at == end || *at != ',') return;
+    ++at;
+    skip_spaces();
+    good = at != end;
+  };
+  for (skip_spaces(); at != end && good; skip_separator()) {
     if (*at == '+') ++at;
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
@@ -167,6 +187,17 @@ XmlDocument::XmlDocument(const std::string& text, const std::string& source)
 }
 
 XmlDocument::~XmlDocument() = default;
+
+XmlNode XmlDocument::include(const XmlNode& at, std::unique_ptr<XmlDocument> other) {
+  const tinyxml2::XMLElement* element = other->document_->RootElement();
+  if (element == nullptr) at.fail("file", "names a file that holds no element");
+  included_.push_back({std::move(other), {}});
+  Included& last = included_.back();
+  last.first = std::make_unique<const XmlNode>(*element, last.document->source_);
+  // the elements are those of its own documents
+  const_cast<tinyxml2::XMLElement*>(at.element_)->SetUserData(const_cast<XmlNode*>(last.first.get()));
+  return *last.first;
+}
 
 XmlNode XmlDocument::top(const char* name, const char* format) const {
   const tinyxml2::XMLElement* element = document_->RootElement();

@@ -18,6 +18,8 @@ class XMLElement;
 
 namespace lockstep {
 
+class XmlDocument;
+
 class XmlNode {
  public:
   XmlNode(const tinyxml2::XMLElement& element, const std::string& source) : element_(&element), source_(&source) {}
@@ -41,23 +43,27 @@ class XmlNode {
   void expect_children(std::initializer_list<std::string_view> known,
                        std::initializer_list<std::string_view> ignored = {}) const;
 
-  /// All elements within it, or those of a name.
+  /// The names of its attributes, as they stand.
+  std::vector<std::string> attributes() const;
+  /// All elements within it, or those of a name: in the place of an element that includes a document, those of that.
   std::vector<XmlNode> children(const char* name = nullptr) const;
   /// The one of this name; refuses two.
   std::optional<XmlNode> child(const char* name) const;
   XmlNode needed_child(const char* name) const;
 
   bool has(const char* attribute) const;
-  std::string text(const char* attribute) const;  // UTF-8 of one line, not empty
-  double number(const char* attribute) const;     // finite
-  double positive(const char* attribute) const;   // > 0
+  std::string value(const char* attribute) const;  // as it stands
+  std::string text(const char* attribute) const;   // UTF-8 of one line, not empty
+  double number(const char* attribute) const;      // finite
+  double positive(const char* attribute) const;    // > 0
   double not_negative(const char* attribute) const;
-  Vector3 vector(const char* attribute) const;  // three numbers with spaces between them
-  /// So many numbers, with spaces between them.
+  Vector3 vector(const char* attribute) const;  // three numbers
+  /// So many numbers, with spaces or a comma between each two.
   std::vector<double> numbers(const char* attribute, std::size_t least, std::size_t most) const;
 
  private:
-  std::string value(const char* attribute) const;
+  friend class XmlDocument;
+  void add_children(const char* name, std::vector<XmlNode>& nodes) const;
 
   const tinyxml2::XMLElement* element_;
   const std::string* source_;
@@ -75,9 +81,18 @@ class XmlDocument {
   /// The first element. Refuses one of another name: `format` says what the file then is none of, "a URDF file".
   XmlNode top(const char* name, const char* format) const;
 
+  /// What is in the first element of `other` stands where `at`, an element of this one or of what it includes, does.
+  /// Returns that first element.
+  XmlNode include(const XmlNode& at, std::unique_ptr<XmlDocument> other);
+
  private:
   std::unique_ptr<tinyxml2::XMLDocument> document_;
   const std::string source_;
+  struct Included {
+    std::unique_ptr<XmlDocument> document;
+    std::unique_ptr<const XmlNode> first;  // its first element
+  };
+  std::vector<Included> included_;
 };
 
 }  // namespace lockstep

@@ -29,6 +29,7 @@ std::vector<u32> slots_of(const Buffers<double>& buffers) {
 
 // Whether the row is to be closed: neither it nor its joint is a spring, or gives way.
 bool closes(const SystemJoint& j, const Row& row) {
+  if (row.row == WholeSystemProblem::IMPEDANCE_ROW) return false;
   return row.row == JOINT_ROWS ? j.spring_compliance == 0 && j.bound_softness == 0 : j.softness == 0;
 }
 
@@ -106,6 +107,7 @@ class Correction {
   void write(const Asked& asked, std::vector<JointBlock<double>>& blocks) const {
     for (std::size_t k = 0; k < whole_.locked.size(); ++k) {
       const Row& row = whole_.locked[k];
+      if (row.row == WholeSystemProblem::IMPEDANCE_ROW) continue;  // asks what it did
       const double change = (asked.b[Eigen::Index(k)] - first_.b[Eigen::Index(k)]) / row.size;
       JointBlock<double>& block = blocks[slots_[row.joint] / PACK];
       const u32 lane = slots_[row.joint] % PACK;

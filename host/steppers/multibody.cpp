@@ -26,6 +26,8 @@ void check(const ContactSystem& system) {
     refuse("contacts", "have angular friction; the models of the oracles have a cone at each contact");
   for (const SystemJoint& j : system.joints) {
     const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
+    if (j.impedance_compliance > 0)
+      refuse(j, "has armature, or a spring beside limits; the models of the oracles have free joints, or dry friction");
     if (j.softness > 0) refuse(j, "is a spring; the models of the oracles have rigid joints");
     if (j.free != FREE_NOTHING && (bounded || (j.motor_impulse > 0 && j.motor_speed != 0)))
       refuse(j, "has a motor, a limit or a spring; the models of the oracles have free joints, or dry friction");

@@ -64,6 +64,7 @@ void OracleBackend::write_back(const ContactSystem& system) {
     JointImpulseBlock<double>& block = b.joint_impulses[slot / PACK];
     for (u32 row = 0; row < JOINT_ROWS; ++row) block.locked[row][slot % PACK] = joint->impulse[row];
     block.free[slot % PACK] = joint->free_impulse;
+    block.impedance[slot % PACK] = joint->impedance_impulse;
     ++joint;
   }
 }

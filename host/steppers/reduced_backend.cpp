@@ -88,6 +88,7 @@ void ReducedBackend::write_impulses(const ContactSystem& system) {
     JointImpulseBlock<double>& block = b.joint_impulses[slot / PACK];
     for (u32 row = 0; row < JOINT_ROWS; ++row) block.locked[row][slot % PACK] = pushes[joint].locked[row];
     block.free[slot % PACK] = pushes[joint].free;
+    block.impedance[slot % PACK] = pushes[joint].impedance;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "host/error.hpp"
 #include "host/in_double.hpp"
 #include "host/item_error.hpp"
 #include "host/scene/joint_angles.hpp"
@@ -75,6 +76,9 @@ Laws laws_of(const Buffers<double>& b, const Tree& tree) {
     const bool fixed = bounded && !sprung && joint.low == joint.high;
     if (closes[j] || fixed) laws.closures.push_back({j, closes[j], fixed, joint.low});
     if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.spring_compliance});
+    if (joint.side_compliance > 0 && !fixed)
+      laws.springs.push_back({j, joint.side_rate, joint.side_rest, joint.side_compliance});
+    if (joint.armature > 0 && !fixed) laws.armatures.push_back({j, joint.armature});
     if (bounded && !sprung && !fixed) laws.limits.push_back({j, joint.low, joint.high});
   }
   return laws;
@@ -126,6 +130,8 @@ Demand demand_of(const ContactSystem& system, const Buffers<double>& b, const La
   }
   for (std::size_t j = 0; j < b.joints.size(); ++j) {
     const lockstep::Joint<double>& joint = b.joints[j];
+    if (joint.motor_force < 0)
+      throw Error(Failure::input, "joint", "has a spring of bounded force, which this solver has no rows for");
     if (b.joint_infos[j].free != FREE_NOTHING && joint.motor_force > 0)
       demand.drives.push_back({j, joint.motor_speed, joint.motor_force * dt});
   }
@@ -162,6 +168,8 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     if (closure.fixed) pushes[closure.joint].free += step.bilateral_impulses()[next++];
   }
   for (const Spring& spring : laws.springs) pushes[spring.joint].free += step.bilateral_impulses()[next++];
+  for (const oracle::articulated::Armature& armature : laws.armatures)
+    pushes[armature.joint].impedance += step.bilateral_impulses()[next++];
   for (Index i = 0; i < problem.bounds(); ++i) {
     const RateBound& bound = demand.bounds[problem.bound_of[std::size_t(i)]];
     const bool second = i > 0 && problem.bound_of[std::size_t(i)] == problem.bound_of[std::size_t(i - 1)];

@@ -26,7 +26,7 @@ oracle::articulated::Demand demand_of(const ContactSystem& system, const Buffers
 /// What a sub-step has pushed with in each joint, as the buffers have it: rows on b along the joint's axes, and the row
 /// of the acting coordinate. `impulses`: of the rows of the problem.
 struct JointPush {
-  double locked[JOINT_ROWS] = {}, free = 0;
+  double locked[JOINT_ROWS] = {}, free = 0, impedance = 0;
 };
 std::vector<JointPush> joint_pushes(const oracle::articulated::Step& step, const oracle::articulated::Laws& laws,
                                     const oracle::articulated::Demand& demand,

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/error.hpp"
 #include "host/item_error.hpp"
 
 namespace lockstep {
@@ -222,31 +223,53 @@ double free_size(const SystemJoint& j, const ContactSystem& system) {
   return j.free == FREE_ANGLE ? radius_of(j, system) : 1;
 }
 
-void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
-  const double size = free_size(j, system);
-  if (!has_free_row(j) || size == 0) return;
+std::vector<Side> free_sides(const SystemJoint& j, double size) {
   const Eigen::MatrixX3d linear = size * free_push_of(j, 1).transpose();
   const Eigen::MatrixX3d angular = size * free_moment_of(j, 1).transpose();
   Side on_a = side_at(j.body_a, linear, j.arm_a, -1), on_b = side_at(j.body_b, linear, j.arm_b, 1);
   on_a.angular -= angular;
   on_b.angular += angular;
+  return {on_a, on_b};
+}
+
+// u - speed + compliance r = 0 of the free row, all in m/s: what gives way moves against a velocity of its own.
+void add_locked_free_row(const std::vector<Side>& sides, double speed, double compliance, double impulse,
+                         Assembly& assembly, Joints& joints) {
+  const auto column = static_cast<Eigen::Index>(joints.b.size());
+  joints.b.push_back(assembly.add(joints.g, column, sides)[0] - speed);
+  joints.l.push_back(impulse);
+  joints.first.push_back(static_cast<u32>(column + 1));
+  if (compliance == 0) return;
+  const u32 velocity = assembly.add_velocity(compliance * impulse);
+  joints.g.emplace_back(int(velocity), int(column), 1.0);
+  assembly.mass(velocity, velocity, 1 / compliance);
+}
+
+bool has_impedance_row(const SystemJoint& j, const ContactSystem& system) {
+  return j.impedance_compliance > 0 && free_size(j, system) > 0;
+}
+
+void add_impedance_row(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+  if (!has_impedance_row(j, system)) return;
+  const double size = free_size(j, system);
+  add_locked_free_row(free_sides(j, size), size * j.impedance_speed, size * size * j.impedance_compliance,
+                      j.impedance_impulse / size, assembly, joints);
+}
+
+void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+  const double size = free_size(j, system);
+  if (!has_free_row(j) || size == 0) return;
+  const std::vector<Side> sides = free_sides(j, size);
   const double bound_compliance = size * size * j.bound_softness * j.effective_mobility,
                spring_compliance = size * size * j.spring_compliance;
   if (free_is_locked(j)) {
-    const auto column = static_cast<Eigen::Index>(joints.b.size());
-    const double fixed = assembly.add(joints.g, column, {on_a, on_b})[0];
-    joints.b.push_back(fixed - size * j.slowest);
-    joints.l.push_back(j.free_impulse / size);
-    joints.first.push_back(static_cast<u32>(column + 1));
     const double compliance = spring_compliance > 0 ? spring_compliance : bound_compliance;
-    if (compliance > 0) {
-      const u32 velocity = assembly.add_velocity(compliance * joints.l.back());
-      joints.g.emplace_back(int(velocity), int(column), 1.0);
-      assembly.mass(velocity, velocity, 1 / compliance);
-    }
+    add_locked_free_row(sides, size * j.slowest, compliance, j.free_impulse / size, assembly, joints);
     return;
   }
-  const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), {on_a, on_b})[0];
+  if (j.motor_impulse < 0)
+    throw Error(Failure::input, "joint", "has a spring of bounded force, which this solver has no rows for");
+  const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), sides)[0];
   joints.laws.push_back({.speed = size * j.motor_speed - fixed,
                          .max_impulse = j.motor_impulse / size,
                          .slowest = size * j.slowest - fixed,
@@ -296,6 +319,9 @@ WholeSystemProblem whole_problem_of(const ContactSystem& system) {
     const SystemJoint& j = system.joints[i];
     add_joint(j, system, assembly, joints);
     for (const auto& [row, size] : rows_of(j, system)) result.locked.push_back({i, row, size});
+    add_impedance_row(j, system, assembly, joints);
+    if (has_impedance_row(j, system))
+      result.locked.push_back({i, WholeSystemProblem::IMPEDANCE_ROW, free_size(j, system)});
     add_free_row(j, system, assembly, joints);
     const WholeSystemProblem::Row free = {i, JOINT_ROWS, free_size(j, system)};
     if (has_free_row(j) && free.size > 0) (free_is_locked(j) ? result.locked : result.bounded).push_back(free);
@@ -334,6 +360,8 @@ SystemImpulses impulses_of(const ContactSystem& system, const oracle::MixedImpul
     Rows& rows = result.joints.emplace_back(Rows::Zero());
     for (const auto& [row, size] : rows_of(j, system)) rows[row] = size * impulses.l[next++];
     const double size = free_size(j, system);
+    double& impedance = result.impedances.emplace_back(0);
+    if (has_impedance_row(j, system)) impedance = size * impulses.l[next++];
     double& free = result.free.emplace_back(0);
     if (has_free_row(j) && size > 0)
       free = size * (free_is_locked(j) ? impulses.l[next++] : impulses.z[next_bounded++]);
@@ -357,12 +385,15 @@ void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {
     SystemJoint& j = system.joints[i];
     const Rows change = impulses.joints[i] - j.impulse;
     const double free_change = impulses.free.empty() ? 0 : impulses.free[i] - j.free_impulse;
-    const Vector3d impulse = push_of(j, change) + free_push_of(j, free_change);
-    const Vector3d moment = moment_of(j, change) + free_moment_of(j, free_change);
+    const double impedance_change = impulses.impedances.empty() ? 0 : impulses.impedances[i] - j.impedance_impulse;
+    const double whole_change = free_change + impedance_change;
+    const Vector3d impulse = push_of(j, change) + free_push_of(j, whole_change);
+    const Vector3d moment = moment_of(j, change) + free_moment_of(j, whole_change);
     push(system.bodies[j.body_a], j.arm_a, -impulse, -moment);
     push(system.bodies[j.body_b], j.arm_b, impulse, moment);
     j.impulse = impulses.joints[i];
     j.free_impulse += free_change;
+    j.impedance_impulse += impedance_change;
   }
 }
 

@@ -20,15 +20,17 @@ struct SystemProblem {
 SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 
 /// The same with all that a joint can have: motors, friction and limits become bounded rows; springs, and limits that
-/// are equal, locked ones, unless a motor or friction acts beside them.
+/// are equal, locked ones, unless a motor or friction acts beside them; impedances locked ones that give way.
 struct WholeSystemProblem {
   oracle::MixedProblem problem;
   oracle::MixedImpulses impulses;
 
+  static constexpr u32 IMPEDANCE_ROW = JOINT_ROWS + 1;
+
   /// Where a column of G or D comes from, and the velocity in m/s that stands for a unit of the row's.
   struct Row {
     u32 joint = 0;  // into ContactSystem::joints
-    u32 row = 0;    // JOINT_ROWS: the free one
+    u32 row = 0;    // JOINT_ROWS: the free one; IMPEDANCE_ROW
     double size = 0;
   };
   std::vector<Row> locked, bounded;  // of G, of D
@@ -40,7 +42,8 @@ WholeSystemProblem whole_problem_of(const ContactSystem& system);
 struct SystemImpulses {
   std::vector<Eigen::Vector3d> contacts;
   std::vector<Rows> joints;
-  std::vector<double> free = {};  // of their free rows; empty: as they were
+  std::vector<double> free = {};        // of their free rows; empty: as they were
+  std::vector<double> impedances = {};  // beside these; empty: as they were
 };
 SystemImpulses impulses_of(const ContactSystem& system, const oracle::ConeImpulses& impulses);
 /// Of a whole_problem_of() this system, with those of free rows.

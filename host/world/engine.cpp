@@ -54,6 +54,7 @@ class EngineOf final : public Engine {
       const std::vector<Buffer> wanted = persistent_buffers(backend.features());
       migrate_state(before->constants_, backend.download(wanted), index_map, constants_);
     }
+    support_ = constants_.buffers.loads;
     DeviceOptions device_options;
     device_options.threads = options.threads;
     if (!options.quiet) device_options.tell_building = tell_on_terminal;
@@ -163,7 +164,8 @@ class EngineOf final : public Engine {
     std::vector<InputRow> inputs;
     for (u32 body = 0; body < constants_.buffers.loads.size(); ++body) {
       const auto load = loads.find(body);
-      const Wrench wanted = load == loads.end() ? Wrench{} : load->second;
+      Wrench wanted = load == loads.end() ? Wrench{} : load->second;
+      wanted.force = exact::add(wanted.force, vector(support_[body].force));
       const InputRow row = input(body, InputKind::load, wanted.force, wanted.torque);
       const Load<real>& acts = constants_.buffers.loads[body];
       if (!std::equal(row.linear, row.linear + 3, acts.force) || !std::equal(row.angular, row.angular + 3, acts.torque))
@@ -300,6 +302,7 @@ class EngineOf final : public Engine {
   std::unique_ptr<Simulation<real>> simulation_;
   DescribedShapes described_;
   EventGroups groups_;
+  decltype(Buffers<real>::loads) support_;  // what holds the weight of bodies, beside what is asked for
   std::unique_ptr<Monitor> monitor_;
   std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step

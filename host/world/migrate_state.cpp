@@ -272,6 +272,8 @@ void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, st
     JointImpulseBlock<real>& target = state.buffers.joint_impulses[is.block];
     for (u32 row = 0; row < JOINT_ROWS; ++row) target.locked[row][is.lane] = source.locked[row][was.lane];
     target.free[is.lane] = source.free[was.lane];
+    const Joint<real>& joint = state.buffers.joints[new_joint[j]];
+    if (joint.armature > 0 || joint.side_compliance > 0) target.impedance[is.lane] = source.impedance[was.lane];
   }
 }
 

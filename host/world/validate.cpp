@@ -1,5 +1,7 @@
 #include "host/world/validate.hpp"
 
+#include <cmath>
+
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -88,13 +90,15 @@ void validate(const JointDescription& joint, const Scene& scene) {
            "must have a second axis that is perpendicular to the first");
   }
   expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
-                           joint.damping, joint.pitch, joint.radius, joint.start},
+                           joint.damping, joint.pitch, joint.radius, joint.start, joint.armature},
                 where.c_str());
   expect(!has_key(joint.kind, JOINT_HAS_PITCH) || joint.pitch != 0, "must have a pitch that is not 0");
   expect(!has_key(joint.kind, JOINT_HAS_RADIUS) || joint.radius > 0, "must have a radius > 0");
   expect(!is_non_holonomic(joint.kind) || joint.frequency == 0, "cannot be soft: what slipped would not come back");
   expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && joint.friction == 0 && !joint.spring),
          "has nothing to limit, to drive or to push by a spring");
+  expect(joint.armature >= 0, "must have no negative armature");
+  expect(free != FREE_NOTHING || joint.armature == 0, "has no coordinate for an armature");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
@@ -105,9 +109,16 @@ void validate(const JointDescription& joint, const Scene& scene) {
   if (!joint.spring) return;
   const JointSpring& spring = *joint.spring;
   expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
-  expect(!joint.limited, "must not have both limits and a spring; give one of them to a joint of its own");
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
+  if (spring.forces != any_force) {
+    expect(std::isfinite(spring.forces[0]) && std::isfinite(spring.forces[1]),
+           "must have a spring whose least and most force are numbers, or neither given");
+    expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
+    expect(
+        joint.motor_force == 0 && joint.friction == 0,
+        "must not have a motor or friction beside a spring of bounded force; give one of them to a joint of its own");
+  }
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
 }
 

@@ -116,6 +116,9 @@ Vector3 World::gravity() const { return impl_->scene.gravity; }
 void World::set_gravity(const Vector3& gravity) {
   Impl& p = *impl_;
   for (const double g : gravity) expect_fits(p.scene.settings, g, "gravity");
+  if (std::ranges::any_of(p.scene.bodies, [](const BodyDescription& body) { return body.gravity_share != 1; }))
+    throw Error(Failure::input, "gravity",
+                "stays as it is in a world where loads hold the weight of bodies (gravcomp)");
   p.scene.gravity = gravity;
   p.gravity_set = true;
 }

@@ -100,7 +100,7 @@ struct JointState {
   // cylindrical joint or length of a distance joint, m; of others 0
   double coordinate = 0;
   double speed = 0;  // its rate, rad/s, m/s
-  double drive = 0;  // by motor, friction, limits or spring, along the coordinate; N m, N
+  double drive = 0;  // by motor, friction, limits, spring and armature, along the coordinate; N m, N
   // of the joint, but for `drive`, on its second body at that one's anchor; on the first it is the opposite; N, N m
   Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
   double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
@@ -220,10 +220,10 @@ class World {
   /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
   /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
-  /// Describes a joint anew: limits, spring, motor or friction, how soft it is, whether its bodies collide, its name.
-  /// Its bodies, anchors and axes stay, whatever the description says, and coordinates count from where they did.
-  /// Takes effect, and costs, as adding one does, and wakes what it holds. Throws Error (input) for a joint that makes
-  /// no sense, and for another kind, pitch or radius.
+  /// Describes a joint anew: limits, spring, armature, motor or friction, how soft it is, whether its bodies collide,
+  /// its name. Its bodies, anchors and axes stay, whatever the description says, and coordinates count from where they
+  /// did. Takes effect, and costs, as adding one does, and wakes what it holds. Throws Error (input) for a joint that
+  /// makes no sense, and for another kind, pitch or radius.
   void change(JointHandle joint, const JointDescription& description);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;

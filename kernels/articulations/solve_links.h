@@ -38,6 +38,14 @@ typedef struct Articulations {
         counters, CLOSURES                                                                                         \
   }
 
+// Which of its impulses the free row of a link has.
+static inline global real* free_row_impulses(global const LinkFactor* f, global JointImpulseBlock* impulses) {
+#if FEATURE_JOINT_IMPEDANCES
+  if (f->impedance > (real)0) return impulses->impedance;
+#endif
+  return impulses->free;
+}
+
 static inline void link_off(LinkInfo link, const Articulations* s, global const LinkFactor* f, real* off) {
   for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = (real)0;
   if (link.joint == NONE) return;
@@ -46,7 +54,7 @@ static inline void link_off(LinkInfo link, const Articulations* s, global const 
   const Twist u = sub_twist(twist_at(global_vec3(f->arm), make_twist(vec3(body.v), vec3(body.w))),
                             twist_at(global_vec3(f->parent_arm), make_twist(vec3(other.v), vec3(other.w))));
   link_rows(f, u, off);
-  const real free = s->joint_impulses[link.slot / PACK].free[link.slot % PACK];
+  const real free = free_row_impulses(f, s->joint_impulses + link.slot / PACK)[link.slot % PACK];
   const real along = link.is_b != 0u ? free : -free;
   off[JOINT_ROWS] = off[JOINT_ROWS] + f->spring_compliance * along;
   for (u32 i = 0u; i < LINK_ROWS; ++i)
@@ -68,13 +76,15 @@ static inline void link_up(u32 index, const Articulations* s) {
   backward_pass(index, link, off, s->factors, s->link_motions);
 }
 
-static inline void add_impulses(u32 slot, bool is_b, const real* d, global JointImpulseBlock* joint_impulses) {
+static inline void add_impulses(global const LinkFactor* f, u32 slot, bool is_b, const real* d,
+                                global JointImpulseBlock* joint_impulses) {
   global JointImpulseBlock* impulses = joint_impulses + slot / PACK;
   const u32 lane_index = slot % PACK;
   const real sign = is_b ? (real)1 : (real)-1;
   for (u32 row = 0u; row < JOINT_ROWS; ++row)
     impulses->locked[row][lane_index] = impulses->locked[row][lane_index] + sign * d[row];
-  impulses->free[lane_index] = impulses->free[lane_index] + sign * d[JOINT_ROWS];
+  global real* free = free_row_impulses(f, impulses);
+  free[lane_index] = free[lane_index] + sign * d[JOINT_ROWS];
 }
 
 // Impulses are kept the last time.
@@ -82,7 +92,7 @@ static inline void link_down(u32 index, bool last, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real d[LINK_ROWS];
   forward_pass(index, link, s->factors, s->link_motions, d);
-  if (last && link.joint != NONE) add_impulses(link.slot, link.is_b != 0u, d, s->joint_impulses);
+  if (last && link.joint != NONE) add_impulses(s->factors + index, link.slot, link.is_b != 0u, d, s->joint_impulses);
 }
 
 #if FEATURE_CLOSURES
@@ -98,7 +108,7 @@ static inline void solve_loops(ClosureSet loops, const Articulations* s) {
   for (u32 k = loops.first + (u32)get_local_id(0); k < loops.first + loops.count; k += (u32)get_local_size(0)) {
     real d[LINK_ROWS];
     for (u32 row = 0u; row < LINK_ROWS; ++row) d[row] = s->loops.wanted[k * LINK_ROWS + row];
-    add_impulses(s->loops.closures[k].slot, true, d, s->joint_impulses);
+    add_impulses(s->loops.factors + k, s->loops.closures[k].slot, true, d, s->joint_impulses);
   }
 }
 #endif

@@ -29,6 +29,9 @@ static inline void gradient_begin_joint(u32 at, u32 bodies, global const JointLa
   gradient->sides[at] = lanes->joint[at] == NONE ? (real)1 : (sides_a > sides_b ? sides_a : sides_b);
   for (u32 i = 0u; i < JOINT_ROWS; ++i) gradient->next.locked[i][at] = gradient->y.locked[i][at] = r->locked[i][at];
   gradient->next.free[at] = gradient->y.free[at] = r->free[at];
+#if FEATURE_JOINT_IMPEDANCES
+  gradient->next.impedance[at] = gradient->y.impedance[at] = r->impedance[at];
+#endif
 }
 
 // The worlds of the joints in lanes first .. first + LANES - 1 of a block; padding counts as of the first.
@@ -91,6 +94,14 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
     r[i] = world.moved ? reached[i] : old;
     y[i] = lane_ahead(world.moved, world.beta, reached[i], old, old_y);
   }
+#if FEATURE_JOINT_IMPEDANCES
+  const lane old_impedance = LANE_LOAD(impulses->impedance + first);
+  const lane reached_impedance = LANE_LOAD(gradient->next.impedance + first);
+  const lane y_impedance =
+      lane_ahead(world.moved, world.beta, reached_impedance, old_impedance, LANE_LOAD(gradient->y.impedance + first));
+  LANE_STORE(y_impedance, gradient->y.impedance + first);
+  LANE_STORE(world.moved ? reached_impedance : old_impedance, impulses->impedance + first);
+#endif
 
   const lane sides = LANE_LOAD(gradient->sides + first), softness = LANE_LOAD(block->softness + first);
   const lane sigma = sides / world.step;
@@ -105,16 +116,23 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
     before = before + sigma * (LANE_LOAD(block->coupling[i] + first) * d[i]);
   }
 
-  const lane old = y[JOINT_ROWS], free_mobility = LANE_LOAD(block->free_mobility + first),
+  const lane old = lane_whole_free_impulse(block, first, y[JOINT_ROWS], gradient->y.impedance);
+  const lane free_mobility = LANE_LOAD(block->free_mobility + first),
              coupled_mobility = LANE_LOAD(block->coupled_mobility + first);
   const lane e = sigma * (free_mobility - g * sigma * coupled_mobility);
   const lane q = before - e * old;
   const lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-  const lane bound_softness =
-      LANE_LOAD(block->bound_softness + first) * ((free_mobility - coupled_mobility / ((lane)1 + softness)) / e);
-  const lane free_impulse = lane_free_impulse(block, first, e, q, slowest, fastest, bound_softness);
+  const lane own = free_mobility - coupled_mobility / ((lane)1 + softness);
+  const LaneFreeRow alone = {e, q}, row = lane_beside_impedance(block, first, alone), own_row = {own, (lane)0};
+  const lane unscaled = lane_beside_impedance(block, first, own_row).e;
+  const lane bound_softness = LANE_LOAD(block->bound_softness + first) * (unscaled / row.e);
+  const lane free_impulse = lane_free_impulse(block, first, row.e, row.q, slowest, fastest, bound_softness);
   const lane r_free = e > (lane)0 ? free_impulse : (lane)0;
-  const lane change = r_free - old;
+#if FEATURE_JOINT_IMPEDANCES
+  const lane next_impedance = lane_impedance_impulse(block, first, alone, r_free, y_impedance);
+  LANE_STORE(next_impedance, gradient->next.impedance + first);
+#endif
+  const lane whole = lane_whole_free_impulse(block, first, r_free, gradient->next.impedance), change = whole - old;
 
   lane ahead[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
@@ -128,9 +146,14 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   LANE_STORE(world.settled ? reached[JOINT_ROWS] : (there ? r_free : (lane)0), gradient->next.free + first);
   LANE_STORE(y[JOINT_ROWS], gradient->y.free + first);
   LANE_STORE(r[JOINT_ROWS], impulses->free + first);
+#if FEATURE_JOINT_IMPEDANCES
+  LANE_STORE(world.settled ? reached_impedance : (there ? next_impedance : (lane)0), gradient->next.impedance + first);
+#endif
 
   const LaneJointPush push = lane_joint_push(block, angular, first, arm_a, arm_b, d, change);
-  const LaneJointPush along = lane_joint_push(block, angular, first, arm_a, arm_b, ahead, r_free - r[JOINT_ROWS]);
+  const LaneJointPush along =
+      lane_joint_push(block, angular, first, arm_a, arm_b, ahead,
+                      whole - lane_whole_free_impulse(block, first, r[JOINT_ROWS], impulses->impedance));
   const Lane3 nothing = lane_make3((lane)0, (lane)0, (lane)0);
   LaneStep lane_step;
   lane_step.impulse_a = lane_sub3(nothing, push.impulse);
@@ -163,6 +186,10 @@ static inline void gradient_finish_joints(u32 first, u32 bodies, global const Jo
   }
   const lane next = LANE_LOAD(gradient->next.free + first), old = LANE_LOAD(impulses->free + first);
   LANE_STORE(takes ? next : old, impulses->free + first);
+#if FEATURE_JOINT_IMPEDANCES
+  const lane next_impedance = LANE_LOAD(gradient->next.impedance + first);
+  LANE_STORE(takes ? next_impedance : LANE_LOAD(impulses->impedance + first), impulses->impedance + first);
+#endif
 }
 
 #endif

@@ -82,6 +82,45 @@ static inline void lane_solve_locked_rows(global const JointBlock* block, u32 fi
   lane_solve_factor(block, first, d);
 }
 
+// All that the free row pushes with.
+static inline lane lane_whole_free_impulse(global const JointBlock* block, u32 first, lane free,
+                                           global const real* impedance) {
+#if FEATURE_JOINT_IMPEDANCES
+  const lane_mask has = LANE_LOAD(block->impedance_compliance + first) > (lane)0;
+  return has ? free + LANE_LOAD(impedance + first) : free;
+#else
+  return free;
+#endif
+}
+
+// How easily the free row moves, and at what velocity without an impulse of its own.
+typedef struct LaneFreeRow {
+  lane e, q;
+} LaneFreeRow;
+
+// The same beside the joint's impedance, which answers.
+static inline LaneFreeRow lane_beside_impedance(global const JointBlock* block, u32 first, LaneFreeRow row) {
+#if FEATURE_JOINT_IMPEDANCES
+  const lane compliance = LANE_LOAD(block->impedance_compliance + first);
+  const lane speed = LANE_LOAD(block->impedance_speed + first);
+  const lane left = compliance / (row.e + compliance);
+  const lane e = left * row.e, q = speed + left * (row.q - speed);
+  row.e = compliance > (lane)0 ? e : row.e;
+  row.q = compliance > (lane)0 ? q : row.q;
+#endif
+  return row;
+}
+
+#if FEATURE_JOINT_IMPEDANCES
+// The impulse that an impedance has beside one of r_free, where it had `old`.
+static inline lane lane_impedance_impulse(global const JointBlock* block, u32 first, LaneFreeRow row, lane r_free,
+                                          lane old) {
+  const lane compliance = LANE_LOAD(block->impedance_compliance + first);
+  const lane answer = (LANE_LOAD(block->impedance_speed + first) - row.q - row.e * r_free) / (row.e + compliance);
+  return ((row.e > (lane)0) & (compliance > (lane)0)) ? answer : old;
+}
+#endif
+
 // The impulse that the free row gets, where e is not 0.
 static inline lane lane_free_impulse(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
                                      lane fastest, lane bound_softness) {
@@ -100,7 +139,9 @@ static inline lane lane_free_impulse(global const JointBlock* block, u32 first, 
 #if FEATURE_JOINT_SPRINGS
   const lane alone = (slowest - q) / (e + spring_compliance), motor = left * motor_impulse;
   const lane beside = brakes ? alone - motor : (pushes ? alone + motor : (wanted - q) / e);
-  const lane soft = motor_impulse > (lane)0 ? beside : alone;
+  const lane least = wanted + motor_impulse, most = wanted - motor_impulse;  // of a spring of bounded force
+  const lane bounded = alone < least ? least : (alone > most ? most : alone);
+  const lane soft = motor_impulse > (lane)0 ? beside : (motor_impulse < (lane)0 ? bounded : alone);
   return sprung ? soft : hard;
 #else
   return hard;
@@ -155,15 +196,20 @@ static inline void solve_joint_lanes(const u32 purpose, u32 first, global const 
   }
 
   const lane old = LANE_LOAD(impulses->free + first);
+  const lane old_whole = lane_whole_free_impulse(block, first, old, impulses->impedance);
   const lane e = LANE_LOAD(block->free_mobility + first) - g * LANE_LOAD(block->coupled_mobility + first);
-  const lane q = before - e * old;
+  const LaneFreeRow alone = {e, before - e * old_whole}, row = lane_beside_impedance(block, first, alone);
   const lane bound_softness = share * LANE_LOAD(block->bound_softness + first);
-  const lane free_impulse = lane_free_impulse(block, first, e, q, slowest, fastest, bound_softness);
+  const lane free_impulse = lane_free_impulse(block, first, row.e, row.q, slowest, fastest, bound_softness);
   lane r_free = e > (lane)0 ? free_impulse : (lane)0;
 #if FEATURE_SLEEPING
   r_free = LANE_LOAD(block->free_mobility + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
 #endif
-  const lane change = r_free - old;
+#if FEATURE_JOINT_IMPEDANCES
+  const lane impedance = LANE_LOAD(impulses->impedance + first);
+  LANE_STORE(lane_impedance_impulse(block, first, alone, r_free, impedance), impulses->impedance + first);
+#endif
+  const lane change = lane_whole_free_impulse(block, first, r_free, impulses->impedance) - old_whole;
 
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     d[i] = d[i] - g * LANE_LOAD(block->response[i] + first) * change;
@@ -185,7 +231,8 @@ static inline void start_joints(u32 first, global const JointLanes* lanes, globa
   LaneBody a = lane_load_bodies(motions, lanes->body_a + first), b = lane_load_bodies(motions, lanes->body_b + first);
   lane r[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) r[i] = LANE_LOAD(impulses->locked[i] + first);
-  lane_push_joint(block, lane_is_angular(lanes, first), first, r, LANE_LOAD(impulses->free + first), &a, &b);
+  const lane r_free = lane_whole_free_impulse(block, first, LANE_LOAD(impulses->free + first), impulses->impedance);
+  lane_push_joint(block, lane_is_angular(lanes, first), first, r, r_free, &a, &b);
   lane_store_bodies(a, motions, lanes->body_a + first);
   lane_store_bodies(b, motions, lanes->body_b + first);
 }

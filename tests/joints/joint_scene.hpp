@@ -113,6 +113,18 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
   return scene;
 }
 
+/// With armature on two of three joints that have a coordinate, and a spring beside every second pair of limits.
+inline Scene with_impedances(Scene scene) {
+  Random random(17);
+  for (JointDescription& joint : scene.joints) {
+    if (free_of(joint.kind) == FREE_NOTHING) continue;
+    if (random.bits() % 3 > 0) joint.armature = random.between(0.01, 4);
+    if (joint.limited && random.bits() % 2 == 0)
+      joint.spring = {random.between(0, 100), random.between(0.1, 2), random.between(0, 0.3)};
+  }
+  return scene;
+}
+
 /// Two bodies, the second of which can move, and one joint between them; one sweep.
 inline Scene one_random_joint(u32 seed) {
   Scene scene = random_joints(seed, 2, JOINT_KINDS);

@@ -2,6 +2,7 @@
 import inspect
 import os
 import signal
+import tempfile
 import threading
 import unittest
 import warnings
@@ -34,6 +35,17 @@ class Errors(unittest.TestCase):
         self.assertIn("no built-in scene", self.refusal(lambda: lockstep.World.load("nothing_of_the_kind")))
         self.assertIn("precision", self.refusal(world_of({"bodies": [BALL]}, precision="half")))
         self.assertIn("device", self.refusal(world_of({"bodies": [BALL]}, device="abacus")))
+
+    def test_what_a_robot_file_says_that_is_left_out(self):
+        inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "one.urdf")
+            with open(path, "w") as file:
+                file.write(f'<robot name="one"><link name="a">{inertial}</link><gazebo/></robot>')
+            with self.assertWarnsRegex(UserWarning, "one.urdf: left out: 1 x `gazebo`"):
+                lockstep.World.load(path, device="reference", packages={"one": folder})
+            line = self.refusal(lambda: lockstep.World.load(path, device="reference", strict=True))
+            self.assertIn("<gazebo>: is not simulated: it would be left out (--strict)", line)
 
     def test_bodies_and_joints(self):
         world = lockstep.World({"bodies": [BALL]}, device="reference")

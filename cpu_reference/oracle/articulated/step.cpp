@@ -12,9 +12,11 @@ namespace {
 constexpr double unfelt = 1e-3;      // of a tree's energy of motion, given in a step
 constexpr int most_iterations = 30;  // of the fixed point; a step that turns by little needs five or six
 
-std::vector<Row> spring_rows(const std::vector<Spring>& springs, const Tree& tree, const Configuration& at) {
+// Of springs, then of armatures.
+std::vector<Row> soft_rows(const Laws& laws, const Tree& tree, const Configuration& at) {
   std::vector<Row> rows;
-  for (const Spring& spring : springs) rows.push_back(acting_row(tree.system().joints[spring.joint], at));
+  for (const Spring& spring : laws.springs) rows.push_back(acting_row(tree.system().joints[spring.joint], at));
+  for (const Armature& armature : laws.armatures) rows.push_back(acting_row(tree.system().joints[armature.joint], at));
   return rows;
 }
 
@@ -111,7 +113,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
 
   const std::vector<Row> closures = closure_rows(laws_.closures, tree_, angles_, *at_).rows;
   bilateral_rows_ = closures;
-  for (const Row& row : spring_rows(laws_.springs, tree_, *at_)) bilateral_rows_.push_back(row);
+  for (const Row& row : soft_rows(laws_, tree_, *at_)) bilateral_rows_.push_back(row);
   const Index closed = Index(closures.size()), all = Index(bilateral_rows_.size());
   bilateral_impulses_ = VectorXd::Zero(all);
   MatrixXd r;
@@ -159,6 +161,18 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
     s[row] += weight * bias;
     r(row, row) += weight * compliance;
   }
+  const Index first_armature = closed + Index(laws_.springs.size());
+  if (first_armature < all) {
+    const Configuration to = moved(tree_, from_, mean_rates, start_.twists, h);
+    const std::vector<Vector6> end_twists = twists_at_end(to);
+    for (std::size_t i = 0; i < laws_.armatures.size(); ++i) {
+      const Armature& armature = laws_.armatures[i];
+      const Joint& joint = tree_.system().joints[armature.joint];
+      const Index row = first_armature + Index(i);
+      s[row] = velocity(acting_row(joint, to), end_twists) - velocity(acting_row(joint, from_), start_.twists);
+      r(row, row) += 1 / armature.inertia;
+    }
+  }
   bilateral_ = BilateralRows(r, unheld);
   push({}, {}, bilateral_.response(s));
 }
@@ -185,6 +199,27 @@ LinkVectors Step::carried() const {
 double Step::coordinate_from(std::size_t joint) const {
   const Joint& of = tree_.system().joints[joint];
   return acting_coordinate(of, joint_geometry(of, from_), angles_[joint]);
+}
+
+std::vector<Vector6> Step::twists_at_end(const Configuration& to) const {
+  std::vector<Vector6> twists = twists_;
+  if (start_.gyroscopic) {
+    for (const Link& link : tree_.links()) carry(at_->poses[link.body], to.poses[link.body], twists[link.body]);
+  }
+  const Kinematics end(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
+  return twists_at(end, gripped_rates(ArticulatedInertia(end), twists), start_.twists);
+}
+
+double Step::armature_energy(std::size_t number, const Configuration& to, const std::vector<Vector6>& twists) const {
+  double energy = 0;
+  for (const Armature& armature : laws_.armatures) {
+    const Joint& of = tree_.system().joints[armature.joint];
+    const std::size_t a = tree_.link_of(of.body_a), link = a == no_link ? tree_.link_of(of.body_b) : a;
+    if (link < tree_.starts()[number] || link >= tree_.starts()[number + 1]) continue;
+    const double rate = velocity(acting_row(of, to), twists);
+    energy += 0.5 * armature.inertia * rate * rate;
+  }
+  return energy;
 }
 
 std::vector<double> Step::expected_end() const {
@@ -229,7 +264,7 @@ Step::End Step::finish(const std::vector<Pose>& poses) {
   for (std::size_t t = 0; laws_.closures.empty() && t + 1 < tree_.starts().size(); ++t) {
     const Link& root = tree_.link(tree_.starts()[t]);
     if (root.joint == no_link || at.carried(tree_.starts()[t]) != Vector6::Zero()) continue;
-    double energy = 0;
+    double energy = armature_energy(t, to, end.twists);
     for (std::size_t i = tree_.starts()[t]; i < tree_.starts()[t + 1]; ++i) {
       const Vector6& twist = end.twists[tree_.link(i).body];
       energy += 0.5 * twist.dot(at.momentum(i, twist));

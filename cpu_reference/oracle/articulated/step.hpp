@@ -40,6 +40,12 @@ struct Spring {
   double rate = 0, rest = 0, compliance = 0;
 };
 
+/// Inertia along the acting coordinate: an impulse -inertia times what its rate changes by from start to end.
+struct Armature {
+  std::size_t joint = 0;
+  double inertia = 0;
+};
+
 /// low <= x <= high of the acting coordinate.
 struct Limit {
   std::size_t joint = 0;
@@ -49,6 +55,7 @@ struct Limit {
 struct Laws {
   std::vector<Closure> closures;
   std::vector<Spring> springs;
+  std::vector<Armature> armatures;
   std::vector<Limit> limits;
 };
 
@@ -80,14 +87,14 @@ class Step {
   double coordinate_from(std::size_t joint) const;
 
   Mobility mobility() const { return {*inertia_, start_.lone}; }
-  /// The rows of closures and springs, and their own answer.
+  /// The rows of closures, springs and armatures, and their own answer.
   const std::vector<Row>& bilateral_rows() const { return bilateral_rows_; }
   const BilateralRows& bilateral() const { return bilateral_; }
 
   /// Impulses of rows and of the bilateral rows that answer them. Bodies that are no links get theirs too.
   void push(const std::vector<Row>& rows, const VectorXd& impulses, const VectorXd& bilateral_impulses);
 
-  /// Of closures and springs, as they stand in the rows, N s and N m s.
+  /// Of closures, springs and armatures, as they stand in the rows, N s and N m s.
   const VectorXd& bilateral_impulses() const { return bilateral_impulses_; }
   /// What the joint to the parent has done to each link, about its centre of mass.
   LinkVectors carried() const;
@@ -104,6 +111,10 @@ class Step {
   /// Everything but the end, where the mean rates are `mean_rates` and those of the gyroscopic moment `half`.
   void go(const VectorXd& mean_rates, const VectorXd& half);
   VectorXd mean() const { return rates_ + start_.theta * change_; }
+  /// V' where the step ends, on what the joints of trees allow there.
+  std::vector<Vector6> twists_at_end(const Configuration& to) const;
+  /// The energy of motion of the armatures of a tree, by twists of its bodies, J.
+  double armature_energy(std::size_t number, const Configuration& to, const std::vector<Vector6>& twists) const;
   /// The acting coordinates of all joints at the end, without what closes loops.
   std::vector<double> expected_end() const;
   /// What F did not do on the way that the links of a tree went, and did to their twists, J.

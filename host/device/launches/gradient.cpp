@@ -15,7 +15,7 @@ void make_room(Launcher& launcher) {
     launcher.scratch(name, std::max<std::size_t>(reals * real_words + integers, 1));
   };
   scratch("gradient_rows", touching ? std::size_t{plan.sizes.rows} * PACK * 7 : 0);
-  scratch("gradient_joints", joints * (1 + 2 * (JOINT_ROWS + 1)));
+  scratch("gradient_joints", joints * (1 + 2 * (JOINT_ROWS + 2)));  // sides, two sets of impulses
   scratch("gradient_bodies", std::size_t{plan.sizes.bodies} * (8 + 8 + 4));
   scratch("pair_sides", touching ? std::size_t{plan.sizes.contacts} * 2 * 8 : 0);
   scratch("joint_sides", joints * 2 * 8);
