@@ -7,25 +7,16 @@
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
+#include "tests/mjcf_scene.hpp"
 #include "tests/recording_scene.hpp"
 #include "tests/robots.hpp"
 
 namespace lockstep::mjcf_words_test {
 namespace {
 
-Scene mjcf(const std::string& inside) {
-  return parse_scene("<mujoco model=\"r\">" + inside + "</mujoco>", "robot.xml");
-}
-
-Scene world(const std::string& bodies, const std::string& more = "") {
-  return mjcf("<compiler angle=\"radian\"/>" + more + "<worldbody>" + bodies + "</worldbody>");
-}
-
-const BodyDescription& body(const Scene& scene, const std::string& name) {
-  const auto found = std::ranges::find(scene.bodies, "r/" + name, &BodyDescription::name);
-  if (found == scene.bodies.end()) throw std::runtime_error("no body " + name);
-  return *found;
-}
+using mjcf_scene::body;
+using mjcf_scene::mjcf;
+using mjcf_scene::world;
 
 JointMeasures joint_after(const Scene& scene, u32 steps, const std::string& name) {
   const auto found = std::ranges::find(scene.joints, "r/" + name, &JointDescription::name);
