@@ -1,6 +1,31 @@
+#include <cmath>
+
 #include "python/bindings.hpp"
 
 namespace lockstep::python {
+
+namespace {
+
+// The first number in it that JSON does not have, with its place; empty: none.
+std::string not_finite(const py::handle& value, const std::string& place) {
+  std::string found;
+  if (py::isinstance<py::float_>(value)) {
+    if (!std::isfinite(value.cast<double>()))
+      return (place.empty() ? "/" : place) + " must be finite, is " + py::repr(value).cast<std::string>();
+  } else if (py::isinstance<py::dict>(value)) {
+    for (const auto& [key, inner] : py::reinterpret_borrow<py::dict>(value))
+      if (found.empty()) found = not_finite(inner, place + "/" + py::str(key).cast<std::string>());
+  } else if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+    std::size_t i = 0;
+    for (const py::handle inner : value) {
+      if (found.empty()) found = not_finite(inner, place + "/" + std::to_string(i));
+      ++i;
+    }
+  }
+  return found;
+}
+
+}  // namespace
 
 std::string json_text(const py::object& scene) {
   if (py::isinstance<py::str>(scene)) return scene.cast<std::string>();
@@ -10,7 +35,14 @@ std::string json_text(const py::object& scene) {
     throw py::type_error("a scene is made of dicts, lists, numbers, texts and arrays, not of " +
                          py::repr(py::type::of(value)).cast<std::string>());
   });
-  return py::module_::import("json").attr("dumps")(scene, py::arg("default") = as_list).cast<std::string>();
+  const py::module_ json = py::module_::import("json");
+  const py::object dumped = json.attr("dumps")(scene, py::arg("default") = as_list);
+  const auto text = dumped.cast<std::string>();
+  for (const char* word : {"NaN", "Infinity"})
+    if (text.find(word) != std::string::npos)
+      if (const std::string refusal = not_finite(json.attr("loads")(dumped), ""); !refusal.empty())
+        throw Error(Failure::input, "", refusal);
+  return text;
 }
 
 }  // namespace lockstep::python

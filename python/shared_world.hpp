@@ -69,8 +69,10 @@ class SharedWorld {
   }
   void change_joint(JointHandle joint, const std::string& text) {
     World& world = use();
-    JointDescription description = parse_joint_change(text, "joint", world.description(joint));
-    if (description.name.empty()) description.name = world.description(joint).name;
+    const JointDescription& before = world.description(joint);
+    JointDescription description =
+        parse_joint_change(text, before.name.empty() ? "joint" : "joint \"" + before.name + '"', before);
+    if (description.name.empty()) description.name = before.name;
     world.change(joint, description);
   }
 

@@ -385,7 +385,7 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
             "gravity: must be finite and fit double, is nan");
   EXPECT_EQ(refusal([&] { world.material("stufe"); }), "world: unknown material \"stufe\"; did you mean \"stuff\"?");
   EXPECT_EQ(refusal([&] { world.set_material(0, {.friction = -1}); }),
-            "material \"stuff\": must have no negative friction, and a finite one");
+            "material \"stuff\": must have no negative friction");
   EXPECT_EQ(refusal([&] { world.set_material(0, {.restitution = 2}); }),
             "material \"stuff\": must have a restitution of 0 .. 1");
   EXPECT_EQ(refusal([&] { world.set_material(1, {}); }), "material: is not in this world");
@@ -397,6 +397,53 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
   EXPECT_EQ(world.state_hash(), before);
   world.remove(body);
   EXPECT_EQ(refusal([&] { world.change(body, box); }), "body \"box\": is not in this world any more");
+}
+
+// What the precision of a run does not hold is refused where it is said, and the world goes on as though it were not.
+TEST(WorldChanges, NumbersThatDoNotFitAreRefusedAtOnce) {
+  World world(ground_scene(0.5), {.device = "reference", .precision = "float"});
+  BodyDescription ball = ball_at({0, 0, 5});
+  ball.name = "ball";
+  const BodyHandle falling = world.add(ball);
+  const JointHandle nail = world.add(joint_at(JOINT_HINGE, {0, 0, 5}, {0, 1, 0}), falling);
+  world.step(3);
+  const std::uint64_t before = world.state_hash();
+  const auto changed = [&](auto change) {
+    return refusal([&] {
+      BodyDescription other = ball;
+      change(other);
+      world.change(falling, other);
+    });
+  };
+  EXPECT_EQ(changed([](BodyDescription& b) { b.mass = 1e60; }), "body \"ball\": mass must fit float, is 1e+60");
+  EXPECT_EQ(changed([](BodyDescription& b) {
+              b.inertia = {1e-50, 1e-50, 1e-50};
+            }),
+            "body \"ball\": inertia and its inverse must fit float, is 1e-50");
+  EXPECT_EQ(changed([](BodyDescription& b) { b.shapes[0].radius = 1e60; }),
+            "body \"ball\": radius must fit float, is 1e+60");
+  EXPECT_EQ(changed([](BodyDescription& b) {
+              b.shapes[0].kind = SHAPE_HULL;
+              b.shapes[0].points = {{0, 0, 0}, {1e60, 0, 0}, {0, 1e60, 0}, {0, 0, 1e60}};
+            }),
+            "body \"ball\": half the size must fit float, is 1e+60");
+  BodyDescription far = ball;
+  far.position = {0, 1e60, 0};
+  EXPECT_EQ(refusal([&] { world.add(far); }), "body \"ball\": position must fit float, is 1e+60");
+  JointDescription stiff = world.description(nail);
+  stiff.friction = 1e60;
+  EXPECT_EQ(refusal([&] { world.change(nail, stiff); }),
+            "joint \"joint\": the force of a motor, or of friction must fit float, is 1e+60");
+  EXPECT_EQ(refusal([&] { world.set_material(0, {.friction = 1e60}); }),
+            "material \"stuff\": friction: must be finite and fit float, is 1e+60");
+  const std::string line = "body \"ball\": must be finite and fit float, is 1e+60";
+  EXPECT_EQ(refusal([&] { world.teleport(falling, {{1e60, 0, 0}}); }), line);
+  EXPECT_EQ(refusal([&] { world.set_velocity(falling, {{1e60, 0, 0}}); }), line);
+  EXPECT_EQ(refusal([&] { world.apply_force(falling, {1e60, 0, 0}, {0, 0, 5}); }), line);
+  EXPECT_NE(refusal([&] { world.apply_impulse(falling, {1e60, 0, 0}); }), "accepted");
+  EXPECT_EQ(world.state_hash(), before);
+  world.step(3);
+  EXPECT_TRUE(world.verdict().good()) << in_words(world.verdict());
 }
 
 }  // namespace

@@ -16,7 +16,9 @@
 #include "host/scene/compile_seams.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
+#include "host/scene/expect_fits.hpp"
 #include "host/scene/friction_pairs.hpp"
+#include "host/scene/hull.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
@@ -60,6 +62,19 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
   return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
 }
 
+// The box around what has corners, whose own numbers may be millions; else the shape.
+ShapeDescription bounding_box(const ShapeDescription& shape) {
+  const auto box = [&](std::span<const Vector3> corners) {
+    return ShapeDescription{.kind = SHAPE_BOX, .offset = shape.offset, .half_extents = half_extents_of(corners)};
+  };
+  switch (shape.kind) {
+    case SHAPE_HULL: return box(shape.points);
+    case SHAPE_MESH: return box(shape.mesh->vertices);
+    case SHAPE_FACET: return box(shape.surface->mesh.vertices);
+    default: return shape;
+  }
+}
+
 template <class real>
 class Compiler {
  public:
@@ -88,6 +103,12 @@ class Compiler {
   Buffers<real> shapes() {
     add_worlds();
     return std::move(state_.buffers);
+  }
+
+  void add_alone(const BodyDescription& body) {
+    const Origin origin = {worlds_[0]};
+    add_body(body, 0, 0, origin);
+    for (const ShapeDescription& shape : body.shapes) add_shape(bounding_box(shape), body.continuous, 0, 0, origin);
   }
 
  private:
@@ -483,12 +504,21 @@ InitialState<real> compile(std::span<const Scene> worlds) {
 }
 
 template <class real>
+void expect_fits(const BodyDescription& body, const std::string& where) {
+  Scene scene;
+  scene.source = where;
+  Compiler<real>(std::span<const Scene>(&scene, 1)).add_alone(body);
+}
+
+template <class real>
 Buffers<real> compile_shapes(const Scene& scene, Shown shown) {
   if (!scene.particles || shown == Shown::shapes) return Compiler<real>(std::span<const Scene>(&scene, 1)).shapes();
   const Scene spheres = with_particles_as_shapes(scene, shown == Shown::both);
   return Compiler<real>(std::span<const Scene>(&spheres, 1)).shapes();
 }
 
+template void expect_fits<float>(const BodyDescription&, const std::string&);
+template void expect_fits<double>(const BodyDescription&, const std::string&);
 template Buffers<float> compile_shapes<float>(const Scene&, Shown);
 template Buffers<double> compile_shapes<double>(const Scene&, Shown);
 template InitialState<float> compile<float>(std::span<const Scene>);

@@ -5,6 +5,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/compile_articulations.hpp"
+#include "host/scene/expect_fits.hpp"
 #include "host/scene/joint_angles.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/rounding.hpp"
@@ -314,6 +315,18 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
 }
 
 template void compile_joints(std::span<const Scene>, InitialState<float>&);
+template <class real>
+void expect_fits(const JointDescription& joint, const Scene& scene, const std::string& where) {
+  Scene named;
+  named.source = where;
+  const Origin origin = {named};
+  make_joint<real>(scene.settings, scene, joint, origin);
+  screw_lead<real>(joint, origin);
+  make_radius<real>(joint, origin);
+}
+
+template void expect_fits<float>(const JointDescription&, const Scene&, const std::string&);
+template void expect_fits<double>(const JointDescription&, const Scene&, const std::string&);
 template void compile_joints(std::span<const Scene>, InitialState<double>&);
 
 }  // namespace lockstep

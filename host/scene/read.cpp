@@ -231,7 +231,10 @@ JointDescription parse_joint_change(const std::string& text, const std::string& 
   nlohmann::json document = parse_json(text, source);
   if (document.is_object()) {
     for (const char* key : {"anchor", "anchors", "axis", "axes", "pitch", "radius"}) document.erase(key);
-    if (!document.contains("type")) document["type"] = name_of(joint.kind);
+    const std::string type = name_of(joint.kind);
+    if (document.contains("type") && document["type"] != type)
+      throw Error(Failure::input, source, "stays a joint of type " + type + "; remove it and add another");
+    document["type"] = type;
     if (has_key(joint.kind, JOINT_HAS_ANCHORS))
       document["anchors"] = {joint.anchor_a, joint.anchor_b};
     else

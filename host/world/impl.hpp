@@ -157,6 +157,8 @@ struct World::Impl {
   }
 
   void set_velocity(u32 index, const Twist& velocity) {
+    for (const Vector3& vector : {velocity.linear, velocity.angular})
+      expect_fits(scene.settings, vector, called(bodies[index]));
     current_velocities();
     velocities[index] = new_velocities[index] = engine->rounded(velocity);
   }

@@ -1,7 +1,11 @@
 #include "host/world/validate.hpp"
 
-#include <cmath>
+#include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
+#include "host/scene/expect_fits.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -14,18 +18,47 @@ namespace {
 
 // A material, or a rule for a pair of them.
 template <class Owner>
-void validate_values(const Owner& owner, const std::string& where) {
+void validate_values(const Settings& settings, const Owner& owner, const std::string& where) {
   const FurtherFriction& further = owner.further;
   for (const std::optional<double>& value :
        {std::optional(owner.friction), further.static_friction, further.stick_speed, further.torsional_friction,
-        further.rolling_friction, further.friction_across})
-    if (value && !(*value >= 0 && std::isfinite(*value)))
-      throw Error(Failure::input, where, "must have no negative friction, and a finite one");
+        further.rolling_friction, further.friction_across}) {
+    if (!value) continue;
+    expect_fits(settings, *value, where + ": friction");
+    if (!(*value >= 0)) throw Error(Failure::input, where, "must have no negative friction");
+  }
   if (!(owner.restitution >= 0 && owner.restitution <= 1))
     throw Error(Failure::input, where, "must have a restitution of 0 .. 1");
 }
 
+void validate(const JointSpring& spring, const JointDescription& joint, const std::string& where) {
+  const auto expect = [&](bool good, const std::string& rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
+  expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
+         "must have a spring with a stiffness or a damping above 0, and neither below");
+  if (spring.forces != any_force) {
+    expect(std::isfinite(spring.forces[0]) && std::isfinite(spring.forces[1]),
+           "must have a spring whose least and most force are numbers, or neither given");
+    expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
+    expect(
+        joint.motor_force == 0 && joint.friction == 0,
+        "must not have a motor or friction beside a spring of bounded force; give one of them to a joint of its own");
+  }
+  expect(free_of(joint.kind) != FREE_LENGTH || spring.rest >= 0,
+         "must have a spring that rests at >= 0: a distance is never below");
+}
+
 }  // namespace
+
+void expect_fits(const Settings& settings, std::span<const double> values, const std::string& what) {
+  const std::string precision = precision_of(settings);
+  const double most = precision == "float" ? std::numeric_limits<float>::max() : std::numeric_limits<double>::max();
+  for (const double x : values)
+    if (!(std::abs(x) <= most))
+      throw Error(Failure::input, what, fmt::format("must be finite and fit {}, is {}", precision, x));
+}
 
 void expect_finite(const Wrench& load) {
   expect_finite(load.force, "force");
@@ -65,6 +98,7 @@ void validate(const BodyDescription& body, const Scene& scene) {
     expect(shape.kind != SHAPE_FACET || shape.surface, "has facets of no surface; make_surface() makes one");
     expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
   }
+  precision_of(scene.settings) == "float" ? expect_fits<float>(body, where) : expect_fits<double>(body, where);
 }
 
 void validate(const JointDescription& joint, const Scene& scene) {
@@ -106,25 +140,15 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect(joint.friction >= 0, "must have no negative friction");
   expect(joint.friction == 0 || joint.motor_force == 0,
          "must not have both a motor and friction; take this off the motor's force");
-  if (!joint.spring) return;
-  const JointSpring& spring = *joint.spring;
-  expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
-  expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
-         "must have a spring with a stiffness or a damping above 0, and neither below");
-  if (spring.forces != any_force) {
-    expect(std::isfinite(spring.forces[0]) && std::isfinite(spring.forces[1]),
-           "must have a spring whose least and most force are numbers, or neither given");
-    expect(spring.forces[0] < spring.forces[1], "must have a spring whose least force is below its most");
-    expect(
-        joint.motor_force == 0 && joint.friction == 0,
-        "must not have a motor or friction beside a spring of bounded force; give one of them to a joint of its own");
-  }
-  expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
+  if (joint.spring) validate(*joint.spring, joint, where);
+  precision_of(scene.settings) == "float" ? expect_fits<float>(joint, scene, where)
+                                          : expect_fits<double>(joint, scene, where);
 }
 
 void validate_materials(const Scene& scene) {
-  for (const Material& material : scene.materials) validate_values(material, "material " + quote(material.name));
-  for (const MaterialPairRule& rule : scene.material_pairs) validate_values(rule, "material pair");
+  for (const Material& material : scene.materials)
+    validate_values(scene.settings, material, "material " + quote(material.name));
+  for (const MaterialPairRule& rule : scene.material_pairs) validate_values(scene.settings, rule, "material pair");
   static_cast<void>(friction_pairs_of(scene));  // both refuse
   static_cast<void>(impact_laws_of(scene));     // what does not go together
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <string>
 
 #include "include/lockstep/world.hpp"
 
@@ -14,6 +16,12 @@ template <std::size_t n>
 void expect_finite(const std::array<double, n>& values, const char* what) {
   if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
     throw Error(Failure::input, what, "must be finite");
+}
+
+/// What the precision of a run does not hold, the next step would refuse, and each after it.
+void expect_fits(const Settings& settings, std::span<const double> values, const std::string& what);
+inline void expect_fits(const Settings& settings, double value, const std::string& what) {
+  expect_fits(settings, std::span(&value, 1), what);
 }
 
 void expect_finite(const Wrench& load);

@@ -1,8 +1,5 @@
 // What can be another while a world runs: bodies, joints, materials, gravity, the bound on speeds.
-#include <fmt/format.h>
-
-#include <cmath>
-#include <limits>
+#include <algorithm>
 
 #include "host/scene/categories.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -17,14 +14,6 @@ namespace {
 void add_index_before(const std::vector<u32>& index_map, u32 index, std::set<u32>& changed) {
   const auto before = std::ranges::find(index_map, index);
   if (before != index_map.end()) changed.insert(static_cast<u32>(before - index_map.begin()));
-}
-
-// What the run's precision does not hold, the next step would refuse, and each after it.
-void expect_fits(const Settings& settings, double value, const char* what) {
-  const std::string precision = precision_of(settings);
-  const double most = precision == "float" ? std::numeric_limits<float>::max() : std::numeric_limits<double>::max();
-  if (!(std::abs(value) <= most))
-    throw Error(Failure::input, what, fmt::format("must be finite and fit {}, is {}", precision, value));
 }
 
 bool is_pair(const MaterialPairRule& a, const MaterialPairRule& b) {
@@ -92,6 +81,7 @@ void World::Impl::set_materials(std::vector<Material> materials, std::vector<Mat
                                 const std::array<u32, 2>& pair) {
   Scene with;
   with.source = scene.source;
+  with.settings = scene.settings;
   std::swap(with.materials, materials);
   std::swap(with.material_pairs, pairs);
   validate_materials(with);
@@ -115,7 +105,7 @@ Vector3 World::gravity() const { return impl_->scene.gravity; }
 
 void World::set_gravity(const Vector3& gravity) {
   Impl& p = *impl_;
-  for (const double g : gravity) expect_fits(p.scene.settings, g, "gravity");
+  expect_fits(p.scene.settings, gravity, "gravity");
   if (std::ranges::any_of(p.scene.bodies, [](const BodyDescription& body) { return body.gravity_share != 1; }))
     throw Error(Failure::input, "gravity",
                 "stays as it is in a world where loads hold the weight of bodies (gravcomp)");

@@ -1,6 +1,5 @@
 // Bodies and joints that come and go, time, and what acts.
 #include <cmath>
-#include <limits>
 
 #include "host/scene/read.hpp"
 #include "host/scene/sensors.hpp"
@@ -112,9 +111,9 @@ void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
   Impl& p = *impl_;
   const u32 index = p.bodies.index(body);
   const std::string where = p.called(body);
-  expect_finite(pose.position, "position");
   expect_unit(pose.orientation);
-  expect_finite(velocity);
+  for (const Vector3& vector : {pose.position, velocity.linear, velocity.angular})
+    expect_fits(p.scene.settings, vector, where);
   const BodyDescription& described = p.scene.bodies[index];
   if (described.pivoted) throw Error(Failure::input, where, "is fixed to its pivot and has no other position");
   const bool moves = velocity.linear != Vector3{0, 0, 0} || velocity.angular != Vector3{0, 0, 0};
@@ -159,9 +158,6 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   driven.motor_speed = speed;
   driven.motor_force = force;
   validate(driven, p.scene);
-  constexpr double most = std::numeric_limits<float>::max();
-  if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
-    throw Error(Failure::input, p.called(joint), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
   p.motors_set = p.motors_were_set = true;
 }
@@ -252,7 +248,8 @@ void World::apply_force(BodyHandle body, const Vector3& force, const Vector3& po
 
 void World::apply(BodyHandle body, const Wrench& wrench) {
   impl_->index_of_dynamic(body);
-  expect_finite(wrench);
+  for (const Vector3& vector : {wrench.force, wrench.torque})
+    expect_fits(impl_->scene.settings, vector, impl_->called(body));
   impl_->ask_for_loads();
   Wrench& current = impl_->forces[body.id];
   current = sum(current, wrench);
@@ -270,7 +267,6 @@ void World::set_load(BodyHandle body, std::function<Wrench(double time)> load) {
 
 void World::set_velocity(BodyHandle body, const Twist& velocity) {
   const u32 index = impl_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");
-  expect_finite(velocity);
   impl_->arrived.erase(body.id);
   impl_->set_velocity(index, velocity);
 }
@@ -283,7 +279,7 @@ void World::wake(BodyHandle body) {
 
 void World::set_kinematic_target(BodyHandle body, const Pose& target) {
   impl_->index_of_kind(body, {BODY_KINEMATIC}, "is not kinematic; only such bodies go where they are told");
-  expect_finite(target.position, "target");
+  expect_fits(impl_->scene.settings, target.position, impl_->called(body));
   expect_unit(target.orientation);
   impl_->targets[body.id] = target;
 }

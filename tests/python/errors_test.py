@@ -1,5 +1,6 @@
 """What is refused, and in which words; and that all is described."""
 import inspect
+import math
 import os
 import signal
 import tempfile
@@ -30,7 +31,8 @@ class Errors(unittest.TestCase):
         )
         self.assertIn("here.json: /bodies: is empty", self.refusal(world_of({"bodies": []}, source="here.json")))
         self.assertIn("not JSON", self.refusal(world_of("{")))
-        self.assertIn('not JSON: line 1, column 22', self.refusal(world_of({"bodies": [{**BALL, "mass": float("nan")}]})))
+        self.assertIn('/bodies/0/mass must be finite, is nan',
+                      self.refusal(world_of({"bodies": [{**BALL, "mass": float("nan")}]})))
         self.assertIn("unknown key", self.refusal(world_of({"bodies": [BALL], "robot": []})))
         self.assertIn("no built-in scene", self.refusal(lambda: lockstep.World.load("nothing_of_the_kind")))
         self.assertIn("precision", self.refusal(world_of({"bodies": [BALL]}, precision="half")))
@@ -68,6 +70,12 @@ class Errors(unittest.TestCase):
             world.pose("ball")
         with self.assertRaises(TypeError):
             lockstep.World({"bodies": [object()]})
+        for scene, line in (({"gravity": [0, 0, math.nan], "bodies": [BALL]}, "/gravity/2 must be finite, is nan"),
+                            ({"bodies": [{**BALL, "mass": math.inf}]}, "/bodies/0/mass must be finite, is inf"),
+                            (math.nan, "/ must be finite, is nan")):
+            with self.assertRaises(lockstep.Error) as caught:
+                lockstep.World(scene)
+            self.assertEqual(str(caught.exception), line)
 
     def test_a_run_that_goes_bad(self):
         world = lockstep.World({"bodies": [{**BALL, "name": "ball", "velocity": [1, 0, 0]}], "settings": {"speed_limit": 5}})
