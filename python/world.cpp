@@ -72,20 +72,21 @@ void add_making(WorldClass& world) {
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
              const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
-             const std::map<std::string, std::string>& packages) {
+             const std::map<std::string, std::string>& packages, const std::string& keyframe) {
             return std::make_unique<SharedWorld>(
-                warned(read_scene(path_or_name, seed, {strict, approximate, packages})),
+                warned(read_scene(path_or_name, seed, {strict, approximate, packages, keyframe})),
                 options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
           py::arg("strict") = false, py::arg("approximate") = false,
-          py::arg("packages") = std::map<std::string, std::string>(),
+          py::arg("packages") = std::map<std::string, std::string>(), py::arg("keyframe") = "",
           "A world of a scene file, a robot, or a built-in scene by its name. Of robot files: strict refuses what "
           "would\n"
           "be left out, of which a warning tells; approximate leaves out, and tells, what changes the motion and is "
           "not\n"
-          "simulated; packages has the folders of package://NAME by name.")
+          "simulated; packages has the folders of package://NAME by name; keyframe names the <key> of an MJCF\n"
+          "file, or has the number of one without a name, that joints start at and servos want.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
           "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");

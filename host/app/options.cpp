@@ -121,6 +121,11 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                 "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told")
       ->group(group);
   command
+      .add_option("--keyframe", options.reading.keyframe,
+                  "Joints start, and servos want, what this <key> of an MJCF file says; one without a name is called "
+                  "by its number")
+      ->group(group);
+  command
       .add_option_function<std::vector<std::string>>(
           "--package",
           [&options](const std::vector<std::string>& packages) {

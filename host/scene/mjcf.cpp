@@ -13,6 +13,7 @@
 #include "host/scene/mjcf_geoms.hpp"
 #include "host/scene/mjcf_include.hpp"
 #include "host/scene/mjcf_joints.hpp"
+#include "host/scene/mjcf_keyframe.hpp"
 #include "host/scene/mjcf_links.hpp"
 #include "host/scene/mjcf_masses.hpp"
 #include "host/scene/mjcf_options.hpp"
@@ -70,7 +71,7 @@ struct Scope {
 
 class MjcfReader {
  public:
-  MjcfReader(const XmlNode& top, LeftOut& left_out) : left_out_(left_out) {
+  MjcfReader(const XmlNode& top, LeftOut& left_out) : left_out_(left_out), keyframe_(top, left_out) {
     robot_.name = top.has("model") ? top.text("model") : fs::path(top.source()).stem().string();
     const MjcfFlags flags = read_mjcf_option(top, robot_);
     MjcfModel& model = add_model(top, "");
@@ -82,10 +83,11 @@ class MjcfReader {
     for (const std::unique_ptr<MjcfModel>& each : models_) {
       const XmlNode& node = each->top;
       if (flags.actuation)
-        read_mjcf_actuators(node, each->compiler, each->defaults, names_, each->prefix, flags.clampctrl, left_out_,
-                            robot_);
+        read_mjcf_actuators(node, each->compiler, each->defaults, names_, each->prefix, flags.clampctrl, keyframe_,
+                            left_out_, robot_);
       read_mjcf_links(node, each->defaults, names_, each->prefix, left_out_, robot_);
     }
+    if (flags.actuation) keyframe_.expect_all_read();
     for (const auto& [link, joints] : several_) share_mass(link, joints);
     switch_off(flags, robot_);
     robot_.contacts = contacts_.contacts(robot_.links);
@@ -250,13 +252,13 @@ class MjcfReader {
     const std::string name =
         node.has("name") ? scope.named(node.text("name")) : fmt::format("body_{}", robot_.links.size());
     const std::string location = fmt::format("{} {}", node.location(), quote(name));
-    const std::vector<MjcfJoint> joints = read_joints(node, scope, parent);
+    const RobotPose pose = in_frame(around, pose_of(element, model.compiler));
+    const std::vector<MjcfJoint> joints = read_joints(node, scope, parent, pose);
     const bool is_mocap = element.choice("mocap").value_or(false);
     if (is_mocap && (parent != 0 || !joints.empty()))
       node.fail("mocap", "must be of a body of the world without joints");
 
     const u32 before = parent;
-    const RobotPose pose = in_frame(around, pose_of(element, model.compiler));
     RobotJoint first;
     first.kind = is_mocap ? RobotJointKind::floating : RobotJointKind::fixed;
     first.name = name + (is_mocap ? ".mocap" : ".fixed");
@@ -268,6 +270,7 @@ class MjcfReader {
       if (i == 0) {
         joint.position = pose.position;
         joint.orientation = pose.orientation;
+        if (is_mocap) keyframe_.set_mocap_start(joint);
       }
       joint.parent = link;
       joint.child = static_cast<u32>(robot_.links.size());
@@ -287,7 +290,8 @@ class MjcfReader {
     if (joints.size() > 1 && heads_[before] != 0) robot_.passing.push_back({before, link});
   }
 
-  std::vector<MjcfJoint> read_joints(const XmlNode& node, const Scope& scope, u32 parent) {
+  // `pose` is that of the body in its parent.
+  std::vector<MjcfJoint> read_joints(const XmlNode& node, const Scope& scope, u32 parent, const RobotPose& pose) {
     std::vector<MjcfJoint> joints;
     for (const XmlNode& child : node.children()) {
       if (child.name() == "freejoint") {
@@ -295,6 +299,8 @@ class MjcfReader {
         free.joint.kind = RobotJointKind::floating;
         free.joint.name = child.has("name") ? child.text("name") : fmt::format("joint_{}", joints_read_);
         free.joint.location = child.location();
+        free.joint.position = pose.position;
+        free.joint.orientation = pose.orientation;
         joints.push_back(std::move(free));
       } else if (child.name() == "joint") {
         joints.push_back(read_mjcf_joint(scope.model->defaults.element(child, scope.body_class, {"joint"}),
@@ -303,6 +309,7 @@ class MjcfReader {
         continue;
       }
       ++joints_read_;
+      keyframe_.set_start(joints.back().joint, joints.back().reference);
       const bool is_free = joints.back().joint.kind == RobotJointKind::floating;
       if (is_free && parent != 0)
         child.fail("is free, and its body is part of another one; only those of the world are");
@@ -338,6 +345,7 @@ class MjcfReader {
   }
 
   LeftOut& left_out_;
+  MjcfKeyframe keyframe_;
   MjcfContacts contacts_;
   std::vector<std::unique_ptr<XmlDocument>> documents_;  // of attached models
   std::vector<std::unique_ptr<MjcfModel>> models_;       // the first is the robot's own

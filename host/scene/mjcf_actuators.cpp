@@ -135,13 +135,14 @@ class Actuators {
         left_out_(left_out),
         robot_(robot) {}
 
-  void read(const MjcfElement& element) {
+  // `wanted` is its control, before its range bounds it.
+  void read(const MjcfElement& element, double wanted) {
     const XmlNode& node = element.node();
     const MjcfActuatorLaw law = law_of(element);
     if (!law.unread.empty()) return refuse(node, "has the " + law.unread + ", which is not simulated", law.unread);
     const char* target = node.has("joint") ? "joint" : node.has("jointinparent") ? "jointinparent" : nullptr;
     const MjcfJointName* name = target ? &find_named(names_.joints, node, target, "joint", prefix_) : nullptr;
-    const double control = control_of(element, name);
+    const double control = control_of(element, name, wanted);
     const auto at = [&](std::size_t i) { return law.bias[i] + law.gain[i] * control; };
     const bool rests = at(0) == 0 && at(1) == 0 && at(2) == 0;
     if (law.has_state && control != 0)
@@ -182,9 +183,9 @@ class Actuators {
     return kind != RobotJointKind::ball && kind != RobotJointKind::floating;
   }
 
-  // 0, or what of its range is nearest.
-  double control_of(const MjcfElement& element, const MjcfJointName* name) const {
-    if (!is_clamped_) return 0;
+  // What is wanted, or what of its range is nearest.
+  double control_of(const MjcfElement& element, const MjcfJointName* name, double wanted) const {
+    if (!is_clamped_) return wanted;
     std::optional<std::array<double, 2>> range = range_of(element, "ctrlrange", "ctrllimited");
     const double share = element.number("inheritrange", 0);
     if (share > 0 && !element.has("ctrlrange") && has_one_axis(name)) {
@@ -192,7 +193,7 @@ class Actuators {
       const double middle = 0.5 * (joint.low + joint.high) + name->reference, half = 0.5 * (joint.high - joint.low);
       range = {middle - share * half, middle + share * half};
     }
-    return range ? std::clamp(0.0, (*range)[0], (*range)[1]) : 0;
+    return range ? std::clamp(wanted, (*range)[0], (*range)[1]) : wanted;
   }
 
   std::optional<std::array<double, 2>> range_of(const MjcfElement& element, const char* range,
@@ -232,19 +233,25 @@ std::vector<double> disabled_groups(const XmlNode& top) {
 }  // namespace
 
 void read_mjcf_actuators(const XmlNode& top, const MjcfCompiler& compiler, const MjcfDefaults& defaults,
-                         const MjcfNames& names, const std::string& prefix, bool is_clamped, LeftOut& left_out,
-                         Robot& robot) {
+                         const MjcfNames& names, const std::string& prefix, bool is_clamped, MjcfKeyframe& keyframe,
+                         LeftOut& left_out, Robot& robot) {
   Actuators actuators(compiler, names, prefix, is_clamped, left_out, robot);
   const std::vector<double> disabled = disabled_groups(top);
   for (const XmlNode& all : top.children("actuator")) {
     for (const XmlNode& node : all.children()) {
       const MjcfElement element = defaults.element(node, 0, {MJCF_ACTUATORS});
+      const double wanted = keyframe.next_control();
       if (std::ranges::find(disabled, element.number("group", 0)) != disabled.end())
         left_out.add(node.location(), "disabled " + node.name());
-      else if (node.name() == "adhesion")
+      else if (node.name() == "adhesion" && wanted == 0)
         left_out.add(node.location(), "adhesion whose control is 0");
       else if (is_read(node.name()))
-        actuators.read(element);
+        actuators.read(element, wanted);
+      else if (wanted != 0)
+        left_out.approximate(node.location(),
+                             "has a control that is not 0 and is not simulated; remove it, or run with "
+                             "--approximate",
+                             node.name());
     }
   }
 }

@@ -1,7 +1,8 @@
-// Actuators of MJCF, their controls 0: a servo of a joint, or nothing.
+// Actuators of MJCF, their controls those of a keyframe, or 0: a servo of a joint, or nothing.
 #pragma once
 
 #include "host/scene/left_out.hpp"
+#include "host/scene/mjcf_keyframe.hpp"
 #include "host/scene/mjcf_links.hpp"
 
 namespace lockstep {
@@ -16,7 +17,7 @@ struct MjcfActuatorLaw {
 
 /// `is_clamped`: controls are kept to their ranges. `compiler` is that of the model.
 void read_mjcf_actuators(const XmlNode& top, const MjcfCompiler& compiler, const MjcfDefaults& defaults,
-                         const MjcfNames& names, const std::string& prefix, bool is_clamped, LeftOut& left_out,
-                         Robot& robot);
+                         const MjcfNames& names, const std::string& prefix, bool is_clamped, MjcfKeyframe& keyframe,
+                         LeftOut& left_out, Robot& robot);
 
 }  // namespace lockstep

@@ -42,6 +42,17 @@ bool is_plain(const MjcfJoint& in, RobotJointKind kind, const std::set<std::stri
          joint.armature == 0 && !joint.spring;
 }
 
+// By all of them, one after the other; nothing where all are at 0.
+std::optional<RobotPose> started(const std::vector<MjcfJoint>& joints) {
+  RobotPose pose;
+  bool is_moved = false;
+  for (const MjcfJoint& in : joints) {
+    pose = pose * moved(in.joint, in.joint.start);
+    is_moved = is_moved || in.joint.start != 0;
+  }
+  return is_moved ? std::optional(pose) : std::nullopt;
+}
+
 }  // namespace
 
 MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number,
@@ -98,11 +109,13 @@ std::vector<MjcfJoint> combined(std::vector<MjcfJoint> joints, const std::set<st
   const bool all_across = joints.size() == 3 && across(0, 1) && across(0, 2) && across(1, 2);
   if (all_across && is_plain(joints[0], RobotJointKind::sliding, used) &&
       is_plain(joints[1], RobotJointKind::sliding, used) && joints[2].joint.kind == RobotJointKind::continuous) {
+    joints[2].joint.start_pose = started(joints);
     joints[2].joint.kind = RobotJointKind::planar;
     return {joints[2]};
   }
   if (joints.size() == 2 && across(0, 1) && joints[0].joint.kind == RobotJointKind::continuous &&
       is_plain(joints[1], RobotJointKind::continuous, used) && joints[0].joint.anchor == joints[1].joint.anchor) {
+    joints[0].joint.start_pose = started(joints);
     joints[0].joint.kind = RobotJointKind::universal;
     joints[0].joint.second_axis = joints[1].joint.axis;
     return {joints[0]};

@@ -152,6 +152,9 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed, const RobotReading& reading) {
   if (is_robot(source)) return robot_scene(text, source, reading);
+  if (!reading.keyframe.empty())
+    throw Error(Failure::input, source,
+                "has no keyframes, which are of MJCF files; a robot in a scene has its own: \"keyframe\"");
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",

@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 constexpr double shown_seconds = 5;
 
 Robot parse_robot(const std::string& text, const std::string& source, const RobotReading& reading) {
+  if (!is_mjcf(source) && !reading.keyframe.empty())
+    throw Error(Failure::input, source, "has no keyframes, which are of MJCF files; leave the name of one out");
   return is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source, reading);
 }
 
@@ -62,12 +64,12 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
     drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
-  if (is_angular && std::abs(drive.start) > exact::largest_angle)
+  if (is_angular && std::abs(drive.start.value_or(0)) > exact::largest_angle)
     node.at(node.has("start") ? "start" : "start_deg")
         .fail(fmt::format("must be an angle of {:g} rad at most", exact::largest_angle));
   read_drive(node, joint);
   const bool has_rest = joint.spring && (node.at("spring").has("rest") || node.at("spring").has("rest_deg"));
-  if (joint.spring && !has_rest) joint.spring->rest = drive.start;
+  if (joint.spring && !has_rest) joint.spring->rest = drive.start.value_or(found->start);
   drive.motor_speed = joint.motor_speed;
   drive.motor_force = joint.motor_force;
   drive.spring = joint.spring;
@@ -102,17 +104,20 @@ void add(RobotComponents components, Scene& scene) {
 }  // namespace
 
 void read_robots(const JsonNode& array, Names& names, const RobotReading& reading, Scene& scene) {
-  std::map<std::string, Robot> robots;  // each file once
+  std::map<std::array<std::string, 2>, Robot> robots;  // each file and keyframe once
   BodyCounts all;
   for (const BodyDescription& body : scene.bodies) all.add(body);
   for (const JsonNode& node : array.elements()) {
-    node.expect_object(
-        {"file", "name", "position", "orientation", "fixed", "material", "category", "collides_with", "joints"});
+    node.expect_object({"file", "keyframe", "name", "position", "orientation", "fixed", "material", "category",
+                        "collides_with", "joints"});
     const JsonNode file = node.at("file");
-    const auto known = robots.find(file.text());
+    RobotReading own = reading;
+    if (node.has("keyframe")) own.keyframe = node.at("keyframe").text();
+    const auto known = robots.find({file.text(), own.keyframe});
     const bool is_new = known == robots.end();
     const Robot& robot =
-        is_new ? robots.emplace(file.text(), read_robot_file(file, reading)).first->second : known->second;
+        is_new ? robots.emplace(std::array{file.text(), own.keyframe}, read_robot_file(file, own)).first->second
+               : known->second;
     for (const std::string& note : robot.notes)
       if (is_new) scene.notes.push_back(file.text() + ": " + note);
     RobotUse use;

@@ -13,21 +13,6 @@ namespace {
 
 using Pose = RobotPose;
 
-Pose inverse(const Pose& pose) {
-  const Quaternion& q = pose.orientation;
-  const Quaternion back = {-q[0], -q[1], -q[2], q[3]};
-  return {exact::scale(-1, exact::rotate(back, pose.position)), back};
-}
-
-// How far the child's frame has gone from where the joint is at 0, in that frame.
-Pose moved(const RobotJoint& joint, double by) {
-  if (by == 0) return {};
-  if (joint.kind == RobotJointKind::prismatic || joint.kind == RobotJointKind::sliding)
-    return {exact::scale(by, exact::unit(joint.axis))};
-  const Quaternion rotation = exact::rotation(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
-  return {exact::subtract(joint.anchor, exact::rotate(rotation, joint.anchor)), rotation};
-}
-
 class Assembly {
  public:
   Assembly(const Robot& robot, const RobotUse& use)
@@ -36,6 +21,7 @@ class Assembly {
         head_(robot.links.size()),
         in_head_(robot.links.size()),
         poses_(robot.links.size()),
+        at_zero_(robot.links.size()),
         body_(robot.links.size(), NONE) {
     set_link_poses();
     gather();
@@ -49,15 +35,22 @@ class Assembly {
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
   void set_link_poses() {
     head_[robot_.root] = robot_.root;
-    poses_[robot_.root] = {use_.position, use_.orientation};
+    poses_[robot_.root] = at_zero_[robot_.root] = {use_.position, use_.orientation};
     for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
       const RobotJoint& joint = robot_.joints[i];
       const bool fixed = joint.kind == RobotJointKind::fixed;
       const Pose own = {joint.position, joint.orientation};
       head_[joint.child] = fixed ? head_[joint.parent] : joint.child;
       if (fixed) in_head_[joint.child] = in_head_[joint.parent] * own;
-      poses_[joint.child] = poses_[joint.parent] * own * moved(joint, use_.drives[i].start);
+      at_zero_[joint.child] = at_zero_[joint.parent] * own;
+      poses_[joint.child] = poses_[joint.parent] * own * started(joint, use_.drives[i]);
     }
+  }
+
+  // As the scene says, else as the robot does.
+  static Pose started(const RobotJoint& joint, const RobotDrive& drive) {
+    if (joint.start_pose && !drive.start) return *joint.start_pose;
+    return moved(joint, drive.start.value_or(joint.start));
   }
 
   // Masses and shapes of all links of a body, in the frame of its head.
@@ -153,25 +146,25 @@ class Assembly {
     }
   }
 
-  // At load its two sides are where the joints at 0 have them, so that it is open where others have started elsewhere.
+  // Its two sides are where they are one with all joints at 0, unless it says where: it is open where joints have
+  // started so that it is.
   void add_loop(const RobotLoop& loop) {
     JointDescription joint;
     joint.name = use_.name + "/" + loop.name;
     joint.kind = loop.is_ball ? JOINT_BALL : JOINT_FIXED;
     joint.body_a = body_[head_[loop.a]];
     joint.body_b = body_[head_[loop.b]];
+    joint.collide = true;
     if (joint.body_a == joint.body_b)
       throw Error(Failure::input, loop.location, "holds two links that are one body already; remove it");
-    const Pose& at = poses_[loop.a];
-    if (loop.sides) return add_sides(std::move(joint), loop);
-    joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
-    joint.collide = true;
-    components_.joints.push_back(std::move(joint));
+    const Pose side = {loop.anchor, {0, 0, 0, 1}};
+    add_sides(std::move(joint), loop,
+              loop.sides.value_or(std::array{side, inverse(at_zero_[loop.b]) * at_zero_[loop.a] * side}));
   }
 
   // As if one of the bodies stood where the two sides are one: the second, unless that is the fixed frame.
-  void add_sides(JointDescription joint, const RobotLoop& loop) {
-    const Pose side_a = poses_[loop.a] * (*loop.sides)[0], side_b = poses_[loop.b] * (*loop.sides)[1];
+  void add_sides(JointDescription joint, const RobotLoop& loop, const std::array<Pose, 2>& sides) {
+    const Pose side_a = poses_[loop.a] * sides[0], side_b = poses_[loop.b] * sides[1];
     Pose a = pose_of(joint.body_a), b = pose_of(joint.body_b);
     const bool moves_b = joint.body_b != NONE;
     if (moves_b)
@@ -180,7 +173,6 @@ class Assembly {
       a = side_b * inverse(side_a) * a;
     joint.anchor_a = joint.anchor_b = moves_b ? side_a.position : side_b.position;
     joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
-    joint.collide = true;
     components_.joints.push_back(std::move(joint));
   }
 
@@ -202,8 +194,9 @@ class Assembly {
     joint.axis = exact::rotate(zero.orientation, in.axis);
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
-    if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
-    if (free_of(kind) == FREE_ANGLE) joint.start = drive.start;
+    const double start = drive.start.value_or(in.start);
+    if (start != 0 || in.start_pose) joint.reference_poses = reference_poses_at(zero, joint, in.child);
+    if (free_of(kind) == FREE_ANGLE) joint.start = start;
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;
@@ -268,14 +261,22 @@ class Assembly {
   const RobotUse& use_;
   // of each link
   std::vector<u32> head_;
-  std::vector<Pose> in_head_, poses_;  // in the frame of the head; in the world
-  std::vector<u32> body_;              // of heads
+  std::vector<Pose> in_head_, poses_, at_zero_;  // in the frame of the head; in the world; there with all joints at 0
+  std::vector<u32> body_;                        // of heads
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
   RobotComponents components_;
 };
 
 }  // namespace
+
+RobotPose moved(const RobotJoint& joint, double by) {
+  if (by == 0) return {};
+  if (joint.kind == RobotJointKind::prismatic || joint.kind == RobotJointKind::sliding)
+    return {exact::scale(by, exact::unit(joint.axis)), {0, 0, 0, 1}};
+  const Quaternion rotation = exact::rotation(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
+  return {exact::subtract(joint.anchor, exact::rotate(rotation, joint.anchor)), rotation};
+}
 
 RobotComponents make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
 

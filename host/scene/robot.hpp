@@ -11,7 +11,7 @@ namespace lockstep {
 
 /// What a scene adds to a joint of a robot.
 struct RobotDrive {
-  double start = 0;                         // rad or m: where it stands at load
+  std::optional<double> start = {};         // rad or m: where it stands at load; none: as the robot says
   double motor_speed = 0, motor_force = 0;  // as of JointDescription
   std::optional<JointSpring> spring = {};
 };

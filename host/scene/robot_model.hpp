@@ -25,6 +25,23 @@ struct RobotLink {
 /// `sliding` is prismatic without limits, `continuous` is revolute without.
 enum class RobotJointKind { fixed, revolute, continuous, prismatic, sliding, planar, floating, ball, universal };
 
+/// Of a frame in another one.
+struct RobotPose {
+  Vector3 position = {0, 0, 0};
+  Quaternion orientation = {0, 0, 0, 1};
+
+  RobotPose operator*(const RobotPose& inner) const {
+    return {exact::add(position, exact::rotate(orientation, inner.position)),
+            exact::unit(exact::multiply(orientation, inner.orientation))};
+  }
+};
+
+inline RobotPose inverse(const RobotPose& pose) {
+  const Quaternion& q = pose.orientation;
+  const Quaternion back = {-q[0], -q[1], -q[2], q[3]};
+  return {exact::scale(-1, exact::rotate(back, pose.position)), back};
+}
+
 struct RobotJoint {
   std::string name, location;
   RobotJointKind kind = RobotJointKind::fixed;
@@ -40,19 +57,14 @@ struct RobotJoint {
   std::optional<JointSpring> spring = {};  // always there
   std::vector<JointSpring> servos = {};    // its actuators', as long as the scene gives no spring
   std::optional<double> locked_at = {};    // the coordinate does not leave this
+  double start = 0;                        // its coordinate at load, rad or m
   bool collide = false;                    // its two bodies may touch
+  // of one with several coordinates at load: how far the child's frame has gone from where the joint is at 0, in that
+  std::optional<RobotPose> start_pose = {};
 };
 
-/// Of a frame in another one.
-struct RobotPose {
-  Vector3 position = {0, 0, 0};
-  Quaternion orientation = {0, 0, 0, 1};
-
-  RobotPose operator*(const RobotPose& inner) const {
-    return {exact::add(position, exact::rotate(orientation, inner.position)),
-            exact::unit(exact::multiply(orientation, inner.orientation))};
-  }
-};
+/// The same where only the coordinate of a joint with one is not 0.
+RobotPose moved(const RobotJoint& joint, double by);
 
 /// Holds two links of a tree together, so that it has a ring.
 struct RobotLoop {
