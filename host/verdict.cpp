@@ -90,7 +90,7 @@ std::string in_words(EnergySource source) {
     case EnergySource::loads: return "loads act on bodies";
     case EnergySource::kinematic_bodies: return "kinematic bodies move";
     case EnergySource::unbounded_motors: return "motors of unbounded force drive it";
-    case EnergySource::servos: return "springs of bounded force drive it";
+    case EnergySource::servos: return "servos drive it";
   }
   return "";
 }

@@ -175,7 +175,54 @@ void add_joints(WorldClass& world) {
           },
           py::arg("joint"), py::arg("speed"), py::arg("force"),
           "Drives its free angle, way or distance from now on: `speed` of the second body against the first, rad/s or\n"
-          "m/s, by at most `force`, N m or N; 0: not at all.");
+          "m/s, by at most `force`, N m or N; 0: not at all.")
+      .def(
+          "set_rest", [](SharedWorld& shared, JointHandle joint, double rest) { shared.use().set_rest(joint, rest); },
+          py::arg("joint"), py::arg("rest"),
+          "Moves where the spring of a joint rests, m or rad from where its coordinate is 0: the target of a servo.");
+}
+
+void add_actuators(WorldClass& world) {
+  using Actuator = std::variant<u32, std::string>;
+  world
+      .def_property_readonly(
+          "actuators",
+          [](SharedWorld& shared) {
+            std::vector<std::string> names;
+            for (const ActuatorDescription& actuator : shared.use().actuators()) names.push_back(actuator.name);
+            return names;
+          },
+          "Names of the actuators of the scene's robots, ROBOT/ACTUATOR, in the order of their files.")
+      .def_property_readonly(
+          "controls",
+          [](SharedWorld& shared) {
+            std::vector<double> controls;
+            for (const ActuatorDescription& actuator : shared.use().actuators()) controls.push_back(actuator.control);
+            return py::array_t<double>(py::ssize_t(controls.size()), controls.data());
+          },
+          "What each actuator wants, in its units. Shape (actuators,), a copy; set_control() and set_controls() change "
+          "it.")
+      .def(
+          "set_control",
+          [](SharedWorld& shared, const Actuator& actuator, double control) {
+            World& of = shared.use();
+            const u32* number = std::get_if<u32>(&actuator);
+            of.set_control(number != nullptr ? *number : of.actuator(std::get<std::string>(actuator)), control);
+          },
+          py::arg("actuator"), py::arg("control"),
+          "What an actuator, by its number or name, wants from the next step on; its range bounds it. Wakes what its\n"
+          "joint holds. Raises Error for one that is not simulated, saying why.")
+      .def(
+          "set_controls",
+          [](SharedWorld& shared, const std::vector<double>& controls) {
+            World& of = shared.use();
+            if (controls.size() != of.actuators().size())
+              throw Error(Failure::input, "controls",
+                          "must be " + std::to_string(of.actuators().size()) + " numbers, are " +
+                              std::to_string(controls.size()));
+            for (u32 i = 0; i < controls.size(); ++i) of.set_control(i, controls[i]);
+          },
+          py::arg("controls"), "All of them, shape (actuators,).");
 }
 
 void add_time(WorldClass& world) {
@@ -254,6 +301,7 @@ void add_world(py::module_& module) {
                    "Arrays that it gives are copies, for what they were copied from goes with the next step; poses()\n"
                    "and velocities() can fill one of yours. One thread at a time may use a world.");
   add_making(world);
+  add_actuators(world);
   add_bodies(world);
   add_joints(world);
   add_time(world);

@@ -117,9 +117,6 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:3: <motor> joint: unknown joint \"k\"; did you mean \"j\"?"},
       {beside("<actuator><muscle joint=\"j\"/></actuator>"),
        "robot.xml:3: <muscle>: is not simulated, and moves bodies; remove it, or run with --approximate"},
-      {beside("<actuator><general joint=\"j\" biastype=\"affine\" biasprm=\"1 0 0\"/></actuator>"),
-       "robot.xml:3: <general>: pushes by a force that does not change, which is not simulated; remove it, or run with "
-       "--approximate"},
       {beside("<actuator><general joint=\"j\" biastype=\"affine\" biasprm=\"0 1 0\"/></actuator>"),
        "robot.xml:3: <general>: pushes a joint away from where it is to be, which is not simulated; remove it, or run "
        "with --approximate"},

@@ -121,9 +121,6 @@ TEST(Keyframe, RefusesInOneLine) {
   EXPECT_EQ(said("qpos=\"1\""), "robot.xml:1: <key> qpos: has 1 numbers, and the model wants more");
   EXPECT_EQ(said("qpos=\"1 2 3\""), "robot.xml:1: <key> qpos: has 3 numbers, and the model wants 2");
   EXPECT_EQ(said("ctrl=\"0 0\""), "robot.xml:1: <key> ctrl: has 2 numbers, and the model wants 1");
-  EXPECT_EQ(said("ctrl=\"1\""),
-            "robot.xml:1: <motor>: pushes by a force that does not change, which is not simulated; remove it, or run "
-            "with --approximate");
   EXPECT_EQ(said("qvel=\"0 1\""),
             "robot.xml:1: <key> qvel: is not 0, and keyframes give positions and controls alone; set it to 0, or run "
             "with --approximate");

@@ -131,6 +131,23 @@ TEST_F(RobotReadings, SphericalJointsAreBalls) {
   EXPECT_EQ(scene.joints.at(0).kind, JOINT_BALL);
 }
 
+// It would leap there in the first step.
+TEST_F(RobotReadings, JointsThatStandBeyondTheirLimitsStartOnThem) {
+  const Scene scene = alone(link("a") + link("b") + link("c") + joint("revolute", "a", "b", R"(<origin xyz="1 0 0"/>
+      <axis xyz="0 0 1"/><limit lower="0.5" upper="1" effort="1" velocity="1"/>)") +
+                            joint("prismatic", "a", "c", R"(<axis xyz="0 1 0"/>
+      <limit lower="-3" upper="-2" effort="1" velocity="1"/>)"));
+  EXPECT_EQ(scene.notes, Lines{"starts on the nearest of its limits: 2 of 2 joints, \"a_b\", \"a_c\""});
+  EXPECT_NEAR(scene.bodies.at(1).orientation[2], std::sin(0.25), 1e-15);
+  EXPECT_EQ(scene.bodies.at(2).position, (Vector3{0, -2, 0}));
+  Simulation<double> simulation = simulation_of(compile<double>(scene));
+  simulation.step();
+  const JointMeasures hinge = measure_joint(
+      simulation.backend().download(measured_buffers(compile<double>(scene).features)), simulation.params(), 0);
+  EXPECT_NEAR(hinge.coordinate, 0.5, 1e-6);
+  EXPECT_NEAR(hinge.speed, 0, 1e-6);
+}
+
 TEST_F(RobotReadings, PackagesAndFilesAreFound) {
   std::filesystem::create_directories(folder_.file("elsewhere/arm/meshes"));
   std::ofstream(folder_.file("elsewhere/arm/meshes/wedge.obj"))

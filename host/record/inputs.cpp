@@ -26,7 +26,7 @@ void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   for (const InputRow& row : inputs) {
     if (row.kind == InputKind::gravity) {
       any = wake_all(woken.sleepers) || any;
-    } else if (row.kind == InputKind::motor) {
+    } else if (row.kind == InputKind::motor || row.kind == InputKind::rest) {
       const JointInfo& joint = current.joint_infos[row.body];
       for (const u32 body : {joint.body_a, joint.body_b}) any = wake_island_of(woken.sleepers, body) || any;
     } else {
@@ -99,6 +99,15 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
         driven.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
         driven.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
         break;
+      case InputKind::rest: {
+        Joint<real>& joint = driven.joints[row.body];
+        const real rest = static_cast<real>(row.linear[0]);
+        if (joint.side_compliance > 0)
+          joint.side_rest = rest;
+        else
+          joint.low = joint.high = rest;
+        break;
+      }
       case InputKind::gravity: {
         Vec4<real>& pulls = driven.gravities[row.body];
         pulls = {static_cast<real>(row.linear[0]), static_cast<real>(row.linear[1]), static_cast<real>(row.linear[2]),
@@ -116,7 +125,7 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
     backend.upload(Buffer::joint_angles, moving);
   }
   if (any(InputKind::load)) backend.upload(Buffer::loads, driven);
-  if (any(InputKind::motor)) backend.upload(Buffer::joints, driven);
+  if (any(InputKind::motor) || any(InputKind::rest)) backend.upload(Buffer::joints, driven);
   if (any(InputKind::gravity)) backend.upload(Buffer::gravities, driven);
 }
 

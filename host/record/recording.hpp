@@ -12,7 +12,7 @@ namespace lockstep {
 
 // Formats up to 5 know no gravity that changes, 3 and 4 no restores, and format 3 no oracles; all are read all the
 // same.
-inline constexpr u32 recording_format = 6, oldest_recording_format = 3, restores_format = 5;
+inline constexpr u32 recording_format = 7, oldest_recording_format = 3, restores_format = 5;
 
 /// What a recording says of itself.
 struct RecordingLabel {
@@ -60,19 +60,19 @@ struct Recorded {
   bool forces = false;  // of contacts and joints
 };
 
-enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3, gravity = 4 };
+enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3, gravity = 4, rest = 5 };
 
 /// A row of `inputs`: what was done to a body, a joint or the whole state from outside before a step. A velocity
 /// replaces that of the body; a load acts from this step on, until another one does; a joint's motor is this one until
-/// it is another, and so is gravity, m/s^2. A restore puts back the state that there was before row `body` of `steps`,
-/// when as many inputs as linear[0] says had been done.
+/// it is another, and so are gravity, m/s^2, and where the spring of a joint rests, m or rad. A restore puts back the
+/// state that there was before row `body` of `steps`, when as many inputs as linear[0] says had been done.
 struct InputRow {
   u32 step = 0;  // the number of the step that is the first to feel it, as in StepRow
-  u32 body = 0;  // of a motor, the joint; of a restore, a row of `steps`; of gravity, the world
+  u32 body = 0;  // of a motor and a rest, the joint; of a restore, a row of `steps`; of gravity, the world
   InputKind kind = InputKind::velocity;
   u32 row = 0;  // the row of `steps` that is the first to feel it: steps are told again after a restore
   // As the run holds them: m/s and rad/s, or N and N m, world frame; of a motor its speed and force (Joint) in linear,
-  // as gravity is.
+  // as gravity is, and the rest of a spring the first of these.
   double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
 };
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "host/scene/json_node.hpp"
 
 namespace lockstep {
@@ -137,27 +139,70 @@ class Actuators {
 
   // `wanted` is its control, before its range bounds it.
   void read(const MjcfElement& element, double wanted) {
+    RobotActuator actuator = begin(element.node());
+    read_drive(element, wanted, actuator);
+    robot_.actuators.push_back(std::move(actuator));
+  }
+
+  // One that drives nothing here, whatever its control.
+  void add_idle(const XmlNode& node, const std::string& refusal) {
+    RobotActuator actuator = begin(node);
+    actuator.drive.refusal = refusal;
+    robot_.actuators.push_back(std::move(actuator));
+  }
+
+ private:
+  RobotActuator begin(const XmlNode& node) const {
+    RobotActuator actuator;
+    actuator.drive.name =
+        prefix_ + (node.has("name") ? node.text("name") : fmt::format("actuator_{}", robot_.actuators.size()));
+    return actuator;
+  }
+
+  void read_drive(const MjcfElement& element, double wanted, RobotActuator& actuator) {
     const XmlNode& node = element.node();
+    ActuatorDescription& drive = actuator.drive;
     const MjcfActuatorLaw law = law_of(element);
-    if (!law.unread.empty()) return refuse(node, "has the " + law.unread + ", which is not simulated", law.unread);
+    const auto idle = [&](const std::string& why) { drive.refusal = why; };
+    if (!law.unread.empty()) {
+      idle("has the " + law.unread + ", which is not simulated");
+      return refuse(node, drive.refusal, law.unread);
+    }
     const char* target = node.has("joint") ? "joint" : node.has("jointinparent") ? "jointinparent" : nullptr;
     const MjcfJointName* name = target ? &find_named(names_.joints, node, target, "joint", prefix_) : nullptr;
-    const double control = control_of(element, name, wanted);
+    if (const auto range = range_of_control(element, name)) drive.range = *range;
+    drive.control = wanted;
+    const double control = std::clamp(wanted, drive.range[0], drive.range[1]);
     const auto at = [&](std::size_t i) { return law.bias[i] + law.gain[i] * control; };
     const bool rests = at(0) == 0 && at(1) == 0 && at(2) == 0;
+    if (law.has_state) idle("has a state that follows its control, which is not simulated");
+    if (law.has_gain_slope) idle("has a gain that follows its joint, so that its control stays as it is");
     if (law.has_state && control != 0)
       return refuse(node, "has a control that is not 0 and a state that follows it, which is not simulated", "state");
     if (!has_one_axis(name)) {
+      idle("drives something else than a joint with one axis, which is not simulated");
       if (rests) return left_out_.add(node.location(), node.name() + " whose control is 0");
-      return refuse(node, "drives something else than a joint with one axis, which is not simulated", "target");
+      return refuse(node, drive.refusal, "target");
     }
-    if (rests) return;
     const double gear = element.has("gear") ? element.holder("gear").numbers("gear", 1, 6)[0] : 1;
-    if (gear == 0) return;
-    if (at(1) > 0 || (at(2) > 0 && !is_ratio(law)))
-      return refuse(node, "pushes a joint away from where it is to be, which is not simulated", "unstable bias");
-    if (at(1) == 0 && at(0) != 0)
-      return refuse(node, "pushes by a force that does not change, which is not simulated", "constant force");
+    drive.joint = name->joint;
+    if (gear == 0) return idle("has a gear of 0");
+    if (at(1) > 0 || (at(2) > 0 && !is_ratio(law))) {
+      idle("pushes a joint away from where it is to be, which is not simulated");
+      return refuse(node, drive.refusal, "unstable bias");
+    }
+    const std::array<double, 2> forces = forces_of(element, gear, *name);
+    const bool is_motor = at(1) == 0;
+    if (is_motor && at(2) != 0 && forces != any_force) {
+      idle("has a force range and damps, so that its control is 0");
+      if (at(0) != 0) return refuse(node, "has a force range and a speed to follow, which is not simulated", "speed");
+    }
+    if (is_motor) {
+      drive.force_at_zero = gear * law.bias[0];
+      drive.force = gear * law.gain[0];
+      drive.forces = forces;
+    }
+    if (at(1) == 0 && at(2) == 0) return;
     JointSpring servo;
     servo.stiffness = 0 - at(1) * gear * gear;
     servo.damping = 0 - at(2) * gear * gear;
@@ -165,12 +210,16 @@ class Actuators {
       const double mass = mass_of_coordinate(robot_, name->joint, name->armature) / (gear * gear);
       servo.damping = 2 * law.bias[2] * exact::square_root(-law.bias[1] * mass) * gear * gear;
     }
-    servo.rest = (at(1) == 0 ? 0 : -at(0) / (at(1) * gear)) - name->reference;
-    servo.forces = forces_of(element, gear, *name);
+    servo.rest = (is_motor ? 0 : -at(0) / (at(1) * gear)) - name->reference;
+    servo.forces = forces;
+    if (!is_motor) {
+      drive.rest_at_zero = -law.bias[0] / (at(1) * gear) - name->reference;
+      drive.rest = -law.gain[0] / (at(1) * gear);
+      actuator.servo = static_cast<u32>(robot_.joints[name->joint].servos.size());
+    }
     robot_.joints[name->joint].servos.push_back(servo);
   }
 
- private:
   void refuse(const XmlNode& node, const std::string& why, const std::string& what) {
     left_out_.approximate(node.location(), why + "; remove it, or run with --approximate", node.name() + " " + what);
   }
@@ -183,17 +232,15 @@ class Actuators {
     return kind != RobotJointKind::ball && kind != RobotJointKind::floating;
   }
 
-  // What is wanted, or what of its range is nearest.
-  double control_of(const MjcfElement& element, const MjcfJointName* name, double wanted) const {
-    if (!is_clamped_) return wanted;
-    std::optional<std::array<double, 2>> range = range_of(element, "ctrlrange", "ctrllimited");
+  // Within which its control acts; none: anywhere.
+  std::optional<std::array<double, 2>> range_of_control(const MjcfElement& element, const MjcfJointName* name) const {
+    if (!is_clamped_) return std::nullopt;
     const double share = element.number("inheritrange", 0);
-    if (share > 0 && !element.has("ctrlrange") && has_one_axis(name)) {
-      const RobotJoint& joint = robot_.joints[name->joint];
-      const double middle = 0.5 * (joint.low + joint.high) + name->reference, half = 0.5 * (joint.high - joint.low);
-      range = {middle - share * half, middle + share * half};
-    }
-    return range ? std::clamp(wanted, (*range)[0], (*range)[1]) : wanted;
+    if (!(share > 0) || element.has("ctrlrange") || !has_one_axis(name))
+      return range_of(element, "ctrlrange", "ctrllimited");
+    const RobotJoint& joint = robot_.joints[name->joint];
+    const double middle = 0.5 * (joint.low + joint.high) + name->reference, half = 0.5 * (joint.high - joint.low);
+    return std::array{middle - share * half, middle + share * half};
   }
 
   std::optional<std::array<double, 2>> range_of(const MjcfElement& element, const char* range,
@@ -241,17 +288,20 @@ void read_mjcf_actuators(const XmlNode& top, const MjcfCompiler& compiler, const
     for (const XmlNode& node : all.children()) {
       const MjcfElement element = defaults.element(node, 0, {MJCF_ACTUATORS});
       const double wanted = keyframe.next_control();
-      if (std::ranges::find(disabled, element.number("group", 0)) != disabled.end())
+      if (std::ranges::find(disabled, element.number("group", 0)) != disabled.end()) {
         left_out.add(node.location(), "disabled " + node.name());
-      else if (node.name() == "adhesion" && wanted == 0)
-        left_out.add(node.location(), "adhesion whose control is 0");
-      else if (is_read(node.name()))
+        actuators.add_idle(node, "is disabled");
+      } else if (is_read(node.name())) {
         actuators.read(element, wanted);
-      else if (wanted != 0)
-        left_out.approximate(node.location(),
-                             "has a control that is not 0 and is not simulated; remove it, or run with "
-                             "--approximate",
-                             node.name());
+      } else {
+        actuators.add_idle(node, "is not simulated");
+        if (node.name() == "adhesion" && wanted == 0)
+          left_out.add(node.location(), "adhesion whose control is 0");
+        else if (wanted != 0)
+          left_out.approximate(node.location(),
+                               "has a control that is not 0 and is not simulated; remove it, or run with --approximate",
+                               node.name());
+      }
     }
   }
 }

@@ -9,6 +9,7 @@
 
 #include "host/embedded.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/left_out.hpp"
 #include "host/scene/mjcf.hpp"
 #include "host/scene/text_file.hpp"
 #include "host/scene/urdf.hpp"
@@ -22,10 +23,25 @@ namespace fs = std::filesystem;
 // How long a robot that says its time step runs, unless the run is told.
 constexpr double shown_seconds = 5;
 
+// A joint that stands beyond its limits would leap back in the first step.
+void start_within_limits(Robot& robot) {
+  std::vector<std::string> moved;
+  for (RobotJoint& joint : robot.joints) {
+    if (joint.kind != RobotJointKind::revolute && joint.kind != RobotJointKind::prismatic) continue;
+    const double start = std::clamp(joint.start, joint.low, joint.high);
+    if (std::exchange(joint.start, start) != start) moved.push_back(quote(joint.name));
+  }
+  if (!moved.empty())
+    robot.notes.push_back(fmt::format("starts on the nearest of its limits: {} of {} joints, {}", moved.size(),
+                                      robot.joints.size(), first_few(moved)));
+}
+
 Robot parse_robot(const std::string& text, const std::string& source, const RobotReading& reading) {
   if (!is_mjcf(source) && !reading.keyframe.empty())
     throw Error(Failure::input, source, "has no keyframes, which are of MJCF files; leave the name of one out");
-  return is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source, reading);
+  Robot robot = is_mjcf(source) ? parse_mjcf(text, source, reading) : parse_urdf(text, source, reading);
+  start_within_limits(robot);
+  return robot;
 }
 
 // Those of the built-in scenes are in the library.
@@ -91,12 +107,16 @@ void bring_contacts(const Robot& robot, RobotUse& use, Scene& scene) {
 }
 
 void add(RobotComponents components, Scene& scene) {
-  const u32 first = static_cast<u32>(scene.bodies.size());
+  const u32 first = static_cast<u32>(scene.bodies.size()), first_joint = static_cast<u32>(scene.joints.size());
   for (BodyDescription& body : components.bodies) scene.bodies.push_back(std::move(body));
   for (JointDescription& joint : components.joints) {
     for (u32* body : {&joint.body_a, &joint.body_b})
       if (*body != NONE) *body += first;
     scene.joints.push_back(std::move(joint));
+  }
+  for (ActuatorDescription& actuator : components.actuators) {
+    if (actuator.joint != NONE) actuator.joint += first_joint;
+    scene.actuators.push_back(std::move(actuator));
   }
   for (const auto& [a, b] : components.passing) scene.passing.push_back({first + a, first + b});
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "host/error.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/json_node.hpp"
@@ -135,10 +137,15 @@ class Assembly {
   }
 
   void make_joints() {
-    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+    places_.resize(robot_.joints.size());
+    for (u32 i = 0; i < robot_.joints.size(); ++i) {
       const std::optional<JointKind> kind = kind_of(robot_.joints[i].kind);
-      if (kind) add_joint(robot_.joints[i], *kind, use_.drives[i]);
+      if (kind) add_joint(i, *kind, use_.drives[i]);
     }
+    for (const RobotActuator& actuator : robot_.actuators) add_actuator(actuator);
+    for (const ActuatorDescription& motor : components_.actuators)
+      if (motor.force != 0 || motor.force_at_zero != 0)
+        drive(components_.actuators, motor.joint, components_.joints[motor.joint]);
     for (const RobotLoop& loop : robot_.loops) add_loop(loop);
     for (const auto& [a, b] : robot_.passing) {
       const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
@@ -183,7 +190,8 @@ class Assembly {
 
   // The engine's joint has a motor or friction, and without armature limits or a spring; what is more gets a joint of
   // its own.
-  void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive) {
+  void add_joint(u32 number, JointKind kind, const RobotDrive& drive) {
+    const RobotJoint& in = robot_.joints[number];
     JointDescription joint;
     joint.name = use_.name + "/" + in.name;
     joint.kind = kind;
@@ -203,16 +211,22 @@ class Assembly {
     joint.high = in.high;
     const std::optional<JointSpring> spring = spring_of(in, drive);
     joint.armature = in.armature;
-    (joint.limited && !(in.armature > 0) ? more : joint).spring = spring;
+    const bool spring_is_more = joint.limited && !(in.armature > 0);
+    (spring_is_more ? more : joint).spring = spring;
     joint.motor_speed = drive.motor_speed;
     joint.motor_force = drive.motor_force;
-    (drive.motor_force > 0 ? more : joint).friction = in.friction;
+    (drive.motor_force > 0 || has_motor(number) ? more : joint).friction = in.friction;
     const bool needs_more = more.spring || more.friction > 0;
+    Places& places = places_[number];
+    places.joint = static_cast<u32>(components_.joints.size());
+    places.spring = places.joint + (spring_is_more ? 1 : 0);
     components_.joints.push_back(std::move(joint));
     if (needs_more) components_.joints.push_back(more);
     more.friction = 0;
     for (const JointSpring& servo : in.servos) {
-      if (drive.spring || servo.forces == any_force) continue;
+      const bool is_alone = !drive.spring && servo.forces != any_force;
+      places.servos.push_back(is_alone ? static_cast<u32>(components_.joints.size()) : places.spring);
+      if (!is_alone) continue;
       more.spring = servo;
       components_.joints.push_back(more);
     }
@@ -220,6 +234,43 @@ class Assembly {
     lock.limited = true;
     lock.low = lock.high = *in.locked_at;
     components_.joints.push_back(std::move(lock));
+  }
+
+  bool has_motor(u32 joint) const {
+    return std::ranges::any_of(robot_.actuators, [&](const RobotActuator& actuator) {
+      return actuator.drive.joint == joint && (actuator.drive.force != 0 || actuator.drive.force_at_zero != 0);
+    });
+  }
+
+  const JointSpring& servo_of(const RobotActuator& actuator) const {
+    return robot_.joints[actuator.drive.joint].servos[*actuator.servo];
+  }
+
+  // Of the stiffness of the spring that it is part of.
+  double share_of(const RobotActuator& actuator) const {
+    const u32 place = places_[actuator.drive.joint].servos[*actuator.servo];
+    return servo_of(actuator).stiffness / components_.joints[place].spring->stiffness;
+  }
+
+  // A spring of several, servos and others, rests where the stiffness of each weighs.
+  void add_actuator(const RobotActuator& in) {
+    ActuatorDescription out = in.drive;
+    out.name = use_.name + "/" + out.name;
+    if (in.drive.joint != NONE) {
+      const RobotDrive& scene = use_.drives[in.drive.joint];
+      const Places& places = places_[in.drive.joint];
+      out.joint = in.servo ? places.servos[*in.servo] : places.joint;
+      if (in.servo ? scene.spring.has_value() : scene.motor_force > 0)
+        out.refusal = std::string("has a joint to which the scene gives a ") + (in.servo ? "spring" : "motor");
+      if (in.servo && out.refusal.empty()) {
+        out.rest *= share_of(in);
+        out.rest_at_zero = components_.joints[out.joint].spring->rest;
+        for (const RobotActuator& other : robot_.actuators)
+          if (other.servo && other.drive.joint == in.drive.joint && places.servos[*other.servo] == out.joint)
+            out.rest_at_zero -= share_of(other) * (servo_of(other).rest - other.drive.rest_at_zero);
+      }
+    }
+    components_.actuators.push_back(std::move(out));
   }
 
   // Springs side by side are one, and so are dampers; not those whose force is bounded.
@@ -257,8 +308,15 @@ class Assembly {
     return reference_poses;
   }
 
+  // What became of a joint: the joint, the one that has its spring, and those that have its servos.
+  struct Places {
+    u32 joint = NONE, spring = NONE;
+    std::vector<u32> servos;
+  };
+
   const Robot& robot_;
   const RobotUse& use_;
+  std::vector<Places> places_;  // of each joint
   // of each link
   std::vector<u32> head_;
   std::vector<Pose> in_head_, poses_, at_zero_;  // in the frame of the head; in the world; there with all joints at 0

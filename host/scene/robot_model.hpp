@@ -66,6 +66,12 @@ struct RobotJoint {
 /// The same where only the coordinate of a joint with one is not 0.
 RobotPose moved(const RobotJoint& joint, double by);
 
+/// What drives a joint by a control, in the words of ActuatorDescription.
+struct RobotActuator {
+  ActuatorDescription drive;  // its joint is that of the robot; of a servo `rest_at_zero` is that of its own spring
+  std::optional<u32> servo;   // of the joint's servos; none: a motor, or nothing
+};
+
 /// Holds two links of a tree together, so that it has a ring.
 struct RobotLoop {
   std::string name, location;
@@ -90,6 +96,7 @@ struct Robot {
   std::vector<RobotJoint> joints;  // a parent before its children
   u32 root = 0;                    // the link that is no child
   bool root_is_fixed = false;      // it does not move, whatever a scene says
+  std::vector<RobotActuator> actuators;
   std::vector<RobotLoop> loops;
   std::vector<std::array<u32, 2>> passing;  // links that pass through each other
   std::optional<RobotContacts> contacts;    // none: as the scene says

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/actuators.hpp"
 #include "host/scene/exact_math.hpp"
 #include "host/scene/settings.hpp"
 #include "host/sensor.hpp"
@@ -191,6 +192,7 @@ struct Scene {
   std::vector<std::string> categories;  // of shapes by name, in the order of their bits; empty: "default" alone
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::vector<ActuatorDescription> actuators;  // of robots, in the order of their files
   std::vector<SensorDescription> sensors;
   // bodies that pass through each other, as those of a joint do; goes with joints
   std::vector<std::array<u32, 2>> passing;

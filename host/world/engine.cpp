@@ -174,13 +174,16 @@ class EngineOf final : public Engine {
     act_and_record(inputs);
   }
 
-  void set_motors(std::span<const JointDescription> joints) override {
+  void drive_joints(std::span<const JointDescription> joints) override {
     std::vector<InputRow> inputs;
     for (u32 j = 0; j < joints.size(); ++j) {
       const JointDrive drive = drive_of(joints[j]);
       const InputRow row = input(j, InputKind::motor, {drive.speed, drive.force, 0}, {0, 0, 0});
       const Joint<real>& driven = constants_.buffers.joints[j];
       if (row.linear[0] != driven.motor_speed || row.linear[1] != driven.motor_force) inputs.push_back(row);
+      if (!joints[j].spring) continue;
+      const InputRow rest = input(j, InputKind::rest, {joints[j].spring->rest, 0, 0}, {0, 0, 0});
+      if (rest.linear[0] != spring_rest(driven)) inputs.push_back(rest);
     }
     act_and_record(inputs);
   }
@@ -289,6 +292,7 @@ class EngineOf final : public Engine {
       if (row.kind == InputKind::load) monitor_->add_source(EnergySource::loads);
       if (row.kind == InputKind::velocity && b.body_infos[row.body].kind == BODY_KINEMATIC)
         monitor_->add_source(EnergySource::kinematic_bodies);
+      if (row.kind == InputKind::rest) monitor_->add_source(EnergySource::servos);
       if (row.kind == InputKind::motor && row.linear[0] != 0 && row.linear[1] >= double(JOINT_UNBOUNDED))
         monitor_->add_source(EnergySource::unbounded_motors);
     }

@@ -77,7 +77,7 @@ class Engine {
   /// What acts from now on; on bodies that are not named, nothing. Only where the scene's settings ask for loads.
   virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
   /// What drives the joints from now on: the motors of the scene's joints, which are those of the engine.
-  virtual void set_motors(std::span<const JointDescription> joints) = 0;
+  virtual void drive_joints(std::span<const JointDescription> joints) = 0;
   /// What pulls from now on, m/s^2.
   virtual void set_gravity(const Vector3& gravity) = 0;
   /// Records the steps from now on, with what is done to bodies, and on request with forces (docs/recordings.md).

@@ -49,7 +49,7 @@ struct World::Impl {
   std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
   std::set<u32> arrived;                               // ids that stand still from the next step on
   std::map<std::string, std::string> sensors_gone;     // by name, with what each measured, as errors call that
-  bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
+  bool drives_set = false;                             // some joint may be driven otherwise than the engine knows
   bool gravity_set = false;                            // and what pulls may be otherwise
 
   // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
@@ -65,10 +65,11 @@ struct World::Impl {
   bool recording_due = false;  // with the next step another one begins
   RecordedData recorded = RecordedData::motion;
 
-  // snapshots: where they belong, what the next one shares with the last one, and whether motors have ever been set
+  // snapshots: where they belong, what the next one shares with the last one, and whether joints have ever been driven
+  // otherwise
   std::shared_ptr<const int> self = std::make_shared<const int>();
   std::shared_ptr<const Population> population;  // null where something has changed since
-  bool motors_were_set = false;
+  bool drives_were_set = false;
 
   // The engine is to be made anew before it is asked anything.
   void change() {
@@ -228,12 +229,14 @@ struct World::Impl {
 
   void remove_joint(u32 gone) {
     remove_from_sensors(&SensorDescription::joint, gone, called(joints[gone]));
+    remove_from_actuators(gone);
     joints.remove(gone, scene.joints[gone].name);
     scene.joints.erase(scene.joints.begin() + gone);
     rename_without(index_map.joints, gone);
     change();
   }
 
+  void remove_from_actuators(u32 joint);
   void remove_from_sensors(u32 SensorDescription::*measured, u32 gone, const std::string& name);
   SensorReading reading(const SensorDescription& sensor);
 
@@ -258,6 +261,7 @@ struct World::Impl {
 
   void change(u32 index, BodyDescription body);
   void change_joint(u32 index, JointDescription joint);
+  void drive(u32 index, JointDescription driven);
   void set_materials(std::vector<Material> materials, std::vector<MaterialPairRule> pairs,
                      const std::array<u32, 2>& pair);
 
@@ -303,7 +307,7 @@ struct World::Impl {
     }
     targets.clear();
     hand_over_velocities();
-    if (std::exchange(motors_set, false)) current.set_motors(scene.joints);
+    if (std::exchange(drives_set, false)) current.drive_joints(scene.joints);
     if (std::exchange(gravity_set, false)) current.set_gravity(scene.gravity);
     if (!scene.settings.loads) return;
     std::map<u32, Wrench> acting;

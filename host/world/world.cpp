@@ -151,17 +151,6 @@ JointHandle World::add(const JointDescription& joint, BodyHandle a) {
 
 void World::remove(JointHandle joint) { impl_->remove_joint(impl_->joints.index(joint)); }
 
-void World::set_motor(JointHandle joint, double speed, double force) {
-  Impl& p = *impl_;
-  const u32 index = p.joints.index(joint);
-  JointDescription driven = p.scene.joints[index];
-  driven.motor_speed = speed;
-  driven.motor_force = force;
-  validate(driven, p.scene);
-  p.scene.joints[index] = std::move(driven);
-  p.motors_set = p.motors_were_set = true;
-}
-
 bool World::contains(JointHandle joint) const { return impl_->joints.contains(joint); }
 
 std::optional<JointHandle> World::find_joint(const std::string& name) const {

@@ -11,7 +11,9 @@ struct Snapshot::Data {
   double time = 0;
 
   std::shared_ptr<const Population> population;
-  std::vector<std::pair<double, double>> motors;  // speed and force by joint, where any were set while the world ran
+  // motors, springs and controls, where any were set while the world ran
+  std::vector<JointDescription> driven;
+  std::vector<ActuatorDescription> actuators;
   std::shared_ptr<Engine> engine;
   std::unique_ptr<SavedEngine> state;
   IndexMap index_map;
@@ -24,7 +26,7 @@ struct Snapshot::Data {
   std::map<u32, Wrench> forces;
   std::map<u32, Pose> targets;
   std::set<u32> arrived;
-  bool motors_set = false, gravity_set = false;
+  bool drives_set = false, gravity_set = false;
   Vector3 gravity;
 
   std::vector<BodyContact> contacts;
@@ -43,8 +45,7 @@ std::shared_ptr<Snapshot::Data> World::Impl::save() {
   auto saved = std::make_shared<Snapshot::Data>();
   saved->world = self;
   saved->population = population;
-  if (motors_were_set)
-    for (const JointDescription& joint : scene.joints) saved->motors.emplace_back(joint.motor_speed, joint.motor_force);
+  if (drives_were_set) saved->driven = scene.joints, saved->actuators = scene.actuators;
   saved->engine = engine;
   if (engine) {
     saved->state = engine->save();
@@ -62,7 +63,7 @@ std::shared_ptr<Snapshot::Data> World::Impl::save() {
   saved->forces = forces;
   saved->targets = targets;
   saved->arrived = arrived;
-  saved->motors_set = motors_set;
+  saved->drives_set = drives_set;
   saved->gravity_set = gravity_set;
   saved->gravity = scene.gravity;
   saved->contacts = contacts;
@@ -83,11 +84,11 @@ void World::Impl::restore(const Snapshot::Data& saved) {
     bodies.go_back(saved.population->bodies);
     joints.go_back(saved.population->joints);
     population = saved.population;
-  } else if (motors_were_set) {
+  } else if (drives_were_set) {
     scene.joints = saved.population->scene.joints;
+    scene.actuators = saved.population->scene.actuators;
   }
-  for (std::size_t j = 0; j < saved.motors.size(); ++j)
-    std::tie(scene.joints[j].motor_speed, scene.joints[j].motor_force) = saved.motors[j];
+  if (!saved.driven.empty()) scene.joints = saved.driven, scene.actuators = saved.actuators;
   index_map = saved.index_map;
   changed = saved.changed;
   verdict = saved.verdict;
@@ -98,7 +99,7 @@ void World::Impl::restore(const Snapshot::Data& saved) {
   forces = saved.forces;
   targets = saved.targets;
   arrived = saved.arrived;
-  motors_set = saved.motors_set;
+  drives_set = saved.drives_set;
   gravity_set = saved.gravity_set;
   scene.gravity = saved.gravity;
   forget_state();

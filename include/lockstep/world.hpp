@@ -220,6 +220,16 @@ class World {
   /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
   /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
+  /// Moves where the spring of a joint rests, m or rad from where its coordinate is 0: the target of a servo. Takes
+  /// effect with the next step, and wakes what the joint holds. Throws Error (input) for a joint without a spring.
+  void set_rest(JointHandle joint, double rest);
+  /// The actuators of the scene's robots, in the order of their files, with what each wants.
+  std::span<const ActuatorDescription> actuators() const;
+  /// The number of the one of this name, ROBOT/ACTUATOR; throws Error (input) where there is none.
+  u32 actuator(const std::string& name) const;
+  /// What an actuator wants from now on, in its units; its range bounds it. Takes effect with the next step, costs
+  /// little, and wakes what its joint holds. Throws Error (input) for one that is not simulated, saying why.
+  void set_control(u32 actuator, double control);
   /// Describes a joint anew: limits, spring, armature, motor or friction, how soft it is, whether its bodies collide,
   /// its name. Its bodies, anchors and axes stay, whatever the description says, and coordinates count from where they
   /// did. Takes effect, and costs, as adding one does, and wakes what it holds. Throws Error (input) for a joint that
