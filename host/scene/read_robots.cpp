@@ -59,6 +59,8 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   if (free_of(joint.kind) == FREE_NOTHING || has_key(joint.kind, JOINT_HAS_AXES))
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
   const bool is_angular = free_of(joint.kind) == FREE_ANGLE;
+  if (found->mimic && (node.has("start") || node.has("start_deg")))
+    node.fail(fmt::format("follows the joint {}, which says where it starts", quote(found->mimic->leader)));
   if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
     drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
@@ -89,12 +91,16 @@ void bring_contacts(const Robot& robot, RobotUse& use, Scene& scene) {
 }
 
 void add(RobotComponents components, Scene& scene) {
-  const u32 first = static_cast<u32>(scene.bodies.size());
+  const u32 first = static_cast<u32>(scene.bodies.size()), first_joint = static_cast<u32>(scene.joints.size());
   for (BodyDescription& body : components.bodies) scene.bodies.push_back(std::move(body));
   for (JointDescription& joint : components.joints) {
     for (u32* body : {&joint.body_a, &joint.body_b})
       if (*body != NONE) *body += first;
     scene.joints.push_back(std::move(joint));
+  }
+  for (CouplingDescription& coupling : components.couplings) {
+    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint += first_joint;
+    scene.couplings.push_back(std::move(coupling));
   }
   for (const auto& [a, b] : components.passing) scene.passing.push_back({first + a, first + b});
 }

@@ -36,16 +36,34 @@ class Assembly {
         head_(robot.links.size()),
         in_head_(robot.links.size()),
         poses_(robot.links.size()),
-        body_(robot.links.size(), NONE) {
+        body_(robot.links.size(), NONE),
+        made_(robot.joints.size(), NONE) {
+    for (u32 i = 0; i < robot.joints.size(); ++i) starts_.push_back(start_of(i));
     set_link_poses();
     gather();
     make_bodies();
     make_joints();
+    make_couplings();
   }
 
   RobotComponents take() { return std::move(components_); }
 
  private:
+  u32 joint_called(const std::string& name) const {
+    return static_cast<u32>(std::ranges::find(robot_.joints, name, &RobotJoint::name) - robot_.joints.begin());
+  }
+
+  // Where a joint stands at load: one that follows another is where that one says.
+  double start_of(u32 joint) const {
+    if (!kind_of(robot_.joints[joint].kind)) return 0;
+    double factor = 1, start = 0;
+    for (; robot_.joints[joint].mimic; joint = joint_called(robot_.joints[joint].mimic->leader)) {
+      start += factor * robot_.joints[joint].mimic->offset;
+      factor *= robot_.joints[joint].mimic->multiplier;
+    }
+    return start + factor * use_.drives[joint].start;
+  }
+
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
   void set_link_poses() {
     head_[robot_.root] = robot_.root;
@@ -56,7 +74,7 @@ class Assembly {
       const Pose own = {joint.position, joint.orientation};
       head_[joint.child] = fixed ? head_[joint.parent] : joint.child;
       if (fixed) in_head_[joint.child] = in_head_[joint.parent] * own;
-      poses_[joint.child] = poses_[joint.parent] * own * moved(joint, use_.drives[i].start);
+      poses_[joint.child] = poses_[joint.parent] * own * moved(joint, starts_[i]);
     }
   }
 
@@ -144,13 +162,37 @@ class Assembly {
   void make_joints() {
     for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
       const std::optional<JointKind> kind = kind_of(robot_.joints[i].kind);
-      if (kind) add_joint(robot_.joints[i], *kind, use_.drives[i]);
+      if (!kind) continue;
+      made_[i] = static_cast<u32>(components_.joints.size());
+      add_joint(robot_.joints[i], *kind, use_.drives[i], starts_[i]);
     }
     for (const RobotLoop& loop : robot_.loops) add_loop(loop);
     for (const auto& [a, b] : robot_.passing) {
       const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
       if (body_a != NONE && body_b != NONE && body_a != body_b) components_.passing.push_back({body_a, body_b});
     }
+  }
+
+  void make_couplings() {
+    for (const RobotCoupling& coupling : robot_.couplings) add_coupling(coupling.name, coupling.law);
+    for (u32 i = 0; i < robot_.joints.size(); ++i) {
+      if (made_[i] == NONE || !robot_.joints[i].mimic) continue;
+      const auto& [leader, multiplier, offset] = *robot_.joints[i].mimic;
+      CouplingDescription coupling;
+      coupling.joints = {{i, 1}};
+      if (multiplier != 0) coupling.joints.push_back({joint_called(leader), -multiplier});
+      coupling.limited = true;
+      coupling.low = coupling.high = offset;
+      add_coupling(robot_.joints[i].name, coupling);
+    }
+  }
+
+  // Of joints that do not move, as those of links without mass, the coordinate is 0.
+  void add_coupling(const std::string& name, CouplingDescription coupling) {
+    coupling.name = use_.name + "/" + name;
+    std::erase_if(coupling.joints, [&](const CoupledCoordinate& coupled) { return made_[coupled.joint] == NONE; });
+    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint = made_[coupled.joint];
+    if (!coupling.joints.empty()) components_.couplings.push_back(std::move(coupling));
   }
 
   // At load its two sides are where the joints at 0 have them, so that it is open where others have started elsewhere.
@@ -191,7 +233,7 @@ class Assembly {
 
   // The engine's joint has a motor or friction, and without armature limits or a spring; what is more gets a joint of
   // its own.
-  void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive) {
+  void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive, double start) {
     JointDescription joint;
     joint.name = use_.name + "/" + in.name;
     joint.kind = kind;
@@ -202,8 +244,8 @@ class Assembly {
     joint.axis = exact::rotate(zero.orientation, in.axis);
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
-    if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
-    if (free_of(kind) == FREE_ANGLE) joint.start = drive.start;
+    if (start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
+    if (free_of(kind) == FREE_ANGLE) joint.start = start;
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;
@@ -270,6 +312,9 @@ class Assembly {
   std::vector<u32> head_;
   std::vector<Pose> in_head_, poses_;  // in the frame of the head; in the world
   std::vector<u32> body_;              // of heads
+  // of each joint
+  std::vector<u32> made_;  // the engine's joint that has its coordinate
+  std::vector<double> starts_;
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
   RobotComponents components_;

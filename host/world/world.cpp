@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/scene/couplings.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/sensors.hpp"
 #include "host/scene/setting_table.hpp"
@@ -65,6 +66,7 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_index_map();
+  validate_couplings(p.scene);
   validate_sensors(p.scene);
   if (!bodies.empty()) p.ready();
 }
