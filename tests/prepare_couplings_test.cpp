@@ -9,7 +9,7 @@ using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(PrepareCouplings, Precisions);
 
 template <class real>
-constexpr double rounding = sizeof(real) == 4 ? 1e-5 : 1e-12;
+constexpr double rounding = sizeof(real) == 4 ? 1e-4 : 1e-12;
 
 // A state in which impulses have gathered, just before the stage.
 template <class real>
@@ -65,10 +65,10 @@ TYPED_TEST(PrepareCouplings, StepsMatchReference) {
   scene.settings.tolerance = 1e-3;
   expect_twins_agree(compile<real>(scene), 4);
   scene.settings.tolerance = 0;
+  expect_twins_agree(compile<real>(with_small_steps(scene, 2)), 4);
   scene.settings.integrator = Integrator::trapezoidal;
   scene.settings.solver = Solver::jacobi;
   expect_twins_agree(compile<real>(scene), 4);
-  expect_twins_agree(compile<real>(with_small_steps(scene, 2)), 4);
 }
 
 // Each stands once in a phase, and those of one share no body that can move.

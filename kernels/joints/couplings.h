@@ -190,7 +190,8 @@ static inline void solve_coupling(const u32 purpose, u32 index, const Couplings*
     global Motion* a = s->motions + joint.body_a;
     global Motion* b = s->motions + joint.body_b;
 #if FEATURE_TOLERANCE
-    const Vec3 before = coupled_slip(of_joint, place, *a, *b), w = sub3(vec3(b->w), vec3(a->w));
+    const Motion a_before = *a, b_before = *b;
+    const Vec3 before = coupled_slip(of_joint, place, a_before, b_before), w = sub3(vec3(b_before.w), vec3(a_before.w));
 #endif
     push_coupled(coupled_response(purpose, of_joint, place), of_joint, joint.free, place, s->ratios[k] * change,
                  s->joint_impulses + block, a, b);
