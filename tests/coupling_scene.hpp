@@ -54,4 +54,17 @@ inline Scene gripper(double offset) {
   return scene;
 }
 
+/// Its fingers have tips, which press on a floor.
+inline Scene gripper_on_floor(double offset) {
+  Scene scene = gripper(offset);
+  for (u32 i = 1; i < 3; ++i) scene.bodies[i].shapes.push_back({.kind = SHAPE_SPHERE, .radius = 0.1});
+  BodyDescription floor;
+  floor.kind = BODY_STATIC;
+  floor.position = {0, 0, -0.55};
+  floor.shapes.push_back({.kind = SHAPE_PLANE});
+  scene.bodies.push_back(floor);
+  scene.materials = {{.name = "stuff"}};
+  return scene;
+}
+
 }  // namespace lockstep::test

@@ -71,6 +71,20 @@ TYPED_TEST(PrepareCouplings, StepsMatchReference) {
   expect_twins_agree(compile<real>(scene), 4);
 }
 
+TYPED_TEST(PrepareCouplings, StepsBesideContactsMatchReference) {
+  using real = TypeParam;
+  for (const Solver solver : {Solver::gauss_seidel, Solver::cell_gauss_seidel, Solver::jacobi, Solver::small_steps}) {
+    SCOPED_TRACE(name_of(solver));
+    Scene scene = gripper_on_floor(0.2);
+    replace_solver(scene.settings, solver);
+    const InitialState<real> state = compile<real>(scene);
+    expect_twins_agree(state, 12);
+    ReferenceBackend<real> backend(state);
+    for (u32 i = 0; i < 12; ++i) step(backend, state.params);
+    EXPECT_GT(backend.buffers().counters[COUNTER_CONTACTS], 0u);
+  }
+}
+
 // Each stands once in a phase, and those of one share no body that can move.
 TYPED_TEST(PrepareCouplings, PhasesShareNoBody) {
   using real = TypeParam;
