@@ -141,6 +141,14 @@ void hash_state_joints(Buffers<real>& b) {
   }
 }
 
+template <class real>
+void hash_state_couplings(Buffers<real>& b) {
+  for (u32 k = 0; k < b.coupling_infos.size(); ++k) {
+    const u64 h = hash_word(hash_start(HASHED_COUPLING), b.coupling_infos[k].id);
+    hash_add_state(b.world_hashes[b.coupling_infos[k].world], hash_words(h, b.coupling_impulses[k]));
+  }
+}
+
 /// A particle, or a plane, by the id of its body and its number there.
 template <class real>
 u64 hash_spring_end(const Buffers<real>& b, u64 h, u32 end) {
@@ -174,6 +182,7 @@ void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_sleepers(b);
   hash_state_touching(b);
   hash_state_joints(b);
+  hash_state_couplings(b);
   hash_state_springs(b);
 }
 

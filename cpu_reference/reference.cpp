@@ -27,6 +27,7 @@
 #include "cpu_reference/pack_points.hpp"
 #include "cpu_reference/partition_contacts.hpp"
 #include "cpu_reference/prepare_contacts.hpp"
+#include "cpu_reference/prepare_couplings.hpp"
 #include "cpu_reference/prepare_joints.hpp"
 #include "cpu_reference/push_particles.hpp"
 #include "cpu_reference/relax_constraints.hpp"

@@ -5,6 +5,7 @@
 // building trembles by it, and what trembles walks (docs/solvers.md).
 #pragma once
 
+#include "cpu_reference/joints/couplings.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
@@ -15,6 +16,7 @@ void relax_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_aborted(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.relaxations; ++sweep) {
     sweep_joints(Purpose::relax, buffers);
+    sweep_couplings(Purpose::relax, buffers);
     sweep_contacts(Purpose::relax, buffers);
   }
 }

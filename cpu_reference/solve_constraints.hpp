@@ -17,6 +17,7 @@
 
 #include "cpu_reference/articulations/solve_links.hpp"
 #include "cpu_reference/gradient/solve_by_gradient.hpp"
+#include "cpu_reference/joints/couplings.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/solve_dense.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
@@ -31,7 +32,8 @@ void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
     const real of_articulations = solve_articulations(buffers);
     const real of_joints = larger(sweep_joints(Purpose::solve, buffers), of_articulations);
-    const real change = larger(sweep_contacts(Purpose::solve, buffers), of_joints);
+    const real of_couplings = larger(sweep_couplings(Purpose::solve, buffers), of_joints);
+    const real change = larger(sweep_contacts(Purpose::solve, buffers), of_couplings);
     if (!(params.tolerance > 0)) continue;
     ++buffers.counters[COUNTER_SWEEPS];
     if (real(float(std::sqrt(change))) <= params.tolerance) return;

@@ -2,6 +2,7 @@
 // last step.
 #pragma once
 
+#include "cpu_reference/joints/couplings.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
@@ -11,6 +12,7 @@ template <class real>
 void warm_start(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_aborted(buffers.counters)) return;
   start_joints(buffers);
+  start_couplings(buffers);
   start_contacts(buffers);
 }
 

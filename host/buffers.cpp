@@ -92,6 +92,9 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::joint_phases: return std::size_t{sizes.joint_phases} + 1;
     case Domain::joint_blocks: return sizes.joint_blocks;
     case Domain::joined: return sizes.joined;
+    case Domain::couplings: return sizes.couplings;
+    case Domain::coupled_joints: return sizes.coupled_joints;
+    case Domain::coupling_phases: return std::size_t{sizes.coupling_phases} + 1;
     case Domain::articulations: return sizes.articulations;
     case Domain::links: return sizes.links;
     case Domain::link_levels: return std::size_t{sizes.link_levels} + 1;

@@ -54,6 +54,9 @@ enum class Domain : u32 {
   joint_phases,
   joint_blocks,
   joined,
+  couplings,
+  coupled_joints,
+  coupling_phases,
   articulations,
   links,
   link_levels,
@@ -120,6 +123,7 @@ struct Sizes {
   u32 facets = 0, facet_edges = 0, seams = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
+  u32 couplings = 0, coupled_joints = 0, coupling_phases = 0;
   u32 articulations = 0, links = 0, link_levels = 0, closures = 0;
   u32 closure_columns = 0;  // answers of links to rows of closures, of all articulations
   u32 rays = 0, volumes = 0, overlaps = 0;

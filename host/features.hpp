@@ -58,6 +58,7 @@ enum class Feature : std::uint64_t {
   summed_impulses = 1ull << 48,    // what contacts and joints gave in all sub-steps of a step is wanted
   joint_angles = 1ull << 49,       // some joints count the revolutions of their angles
   joint_impedances = 1ull << 50,   // some have armature, or a spring beside limits
+  couplings = 1ull << 51,          // free coordinates of some are tied to each other
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

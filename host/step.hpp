@@ -46,6 +46,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::sum_particles, p);
     backend.run(Stage::integrate_velocities, p);
     backend.run(Stage::prepare_joints, p);
+    backend.run(Stage::prepare_couplings, p);
     backend.run(Stage::factor_articulations, p);
     backend.run(Stage::prepare_contacts, p);
     backend.run(Stage::warm_start, p);

@@ -277,6 +277,18 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
   hash_hand_over(&sum, world_hashes);
 }
 
+kernel void hash_state_couplings(const u32 coupling_count, global const CouplingInfo* coupling_infos,
+                                 global const CouplingImpulse* coupling_impulses, global WorldHash* world_hashes) {
+  const u32 words = (u32)(sizeof(CouplingImpulse) / sizeof(u32));
+  HashSum sum = hash_nothing();
+  FOR_EACH(k, coupling_count) {
+    hash_enter(&sum, coupling_infos[k].world, world_hashes);
+    const ulong h = hash_word(hash_start(HASHED_COUPLING), coupling_infos[k].id);
+    hash_add_state(&sum, hash_words(h, (global const u32*)(coupling_impulses + k), words));
+  }
+  hash_hand_over(&sum, world_hashes);
+}
+
 static inline ulong hash_spring_end(ulong h, u32 end, u32 particles, global const BodyInfo* body_infos,
                                     global const u32* body_particles, global const u32* particle_bodies,
                                     global const u32* plane_bodies) {

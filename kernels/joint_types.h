@@ -107,4 +107,41 @@ RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK], impedance
 // anchor, world frame, N s and N m s, and the free row along its coordinate.
 RECORD(JointSumBlock) { real impulse[3][PACK], moment[3][PACK], free[PACK]; };
 
+// Ties free coordinates x of joints: of their sum, each by its ratio, the limits and the spring are what they are of
+// the coordinate of one joint.
+RECORD(Coupling) {
+  real low, high;         // limits, m or rad; equal ones lock it
+  real limited;           // 1 or 0
+  real correction;        // share of the error that a sub-step takes back by a velocity
+  real softness;          // of limits that are reached, in parts of the coupling's mobility
+  real rate, compliance;  // of its spring: u + rate (x - rest) + compliance r = 0; compliance is 0 without
+  real rest;
+};
+
+INDEX_RECORD(CouplingInfo) {
+  u32 first, count;  // of its coupled joints
+  u32 world;
+  u32 id;  // stable and local to the world
+};
+
+INDEX_RECORD(CoupledJoint) {
+  u32 joint;
+  u32 slot;            // in the blocks of joints: PACK block + lane
+  u32 body_a, body_b;  // of the joint
+  u32 free;            // JointFree
+};
+
+// What a sub-step solves.
+RECORD(CouplingRow) {
+  real mobility;           // its velocity for a unit of its impulse, as locked rows and impedances of its joints answer
+  real relaxed_mobility;   // the same in the relaxing sweep
+  real slowest, fastest;   // bounds of its velocity
+  real bound_softness;     // in parts of its mobility
+  real compliance, speed;  // of its spring: u - speed + compliance r = 0
+  real pad;
+};
+
+// Kept from step to step: what its bounds and its spring give.
+RECORD(CouplingImpulse) { real bound, spring; };
+
 #endif

@@ -4,6 +4,7 @@
 #include "articulations/solve_links.h"
 #include "body_copies.h"
 #include "common.h"
+#include "joints/couplings.h"
 #include "joints/solve_joint.h"
 #include "sweep_cells.h"
 #include "sweep_contacts.h"
@@ -25,6 +26,19 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
   if (SWEEP_SKIPPED(counters)) return;
   sweep_joints(PURPOSE_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
+}
+#endif
+
+#if FEATURE_COUPLINGS
+// One work-group: all couplings.
+kernel void solve_couplings(const u32 coupling_phase_count, global const u32* coupling_phases,
+                            global const CouplingInfo* coupling_infos, global const CoupledJoint* coupled_joints,
+                            global const real* coupling_ratios, global const CouplingRow* coupling_rows,
+                            global CouplingImpulse* coupling_impulses, global const JointBlock* joint_blocks,
+                            global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
+  if (SWEEP_SKIPPED(counters)) return;
+  const Couplings couplings = COUPLINGS;
+  sweep_couplings(PURPOSE_SOLVE, coupling_phase_count, &couplings);
 }
 #endif
 
@@ -74,29 +88,35 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
 }
 #endif
 
-// One work-group: `sweeps` sweeps over articulations, the joints' first phases and the contacts' from `first_phase` on.
+// One work-group: `sweeps` sweeps over articulations, the joints' first phases, couplings and the contacts' phases from
+// `first_phase` on.
 // `whole`: 1 where nothing else belongs to these sweeps.
-kernel void solve_tail(const StepParams params, const u32 first_phase, const u32 joint_phase_count, const u32 sweeps,
-                       const u32 whole, const u32 articulation_count, global const Articulation* articulations,
-                       global const LinkInfo* links, global const u32* link_levels,
-                       global const LinkFactor* link_factors, global LinkMotion* link_motions,
-                       global const ClosureSet* closure_sets, global const ClosureInfo* closures,
-                       global const LinkFactor* closure_factors, global const real* closure_matrix,
-                       global real* closure_wanted, global const JointInfo* joint_infos, global const Sleeper* sleepers,
-                       global const u32* color_starts, global const u32* cell_blocks, global const u32* joint_phases,
-                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                       global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
-                       global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const AngularFrictionBlock* angular_friction_blocks,
-                       global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
-                       global Motion* motions, global u32* counters) {
+kernel void solve_tail(
+    const StepParams params, const u32 first_phase, const u32 joint_phase_count, const u32 coupling_phase_count,
+    const u32 sweeps, const u32 whole, const u32 articulation_count, global const Articulation* articulations,
+    global const LinkInfo* links, global const u32* link_levels, global const LinkFactor* link_factors,
+    global LinkMotion* link_motions, global const ClosureSet* closure_sets, global const ClosureInfo* closures,
+    global const LinkFactor* closure_factors, global const real* closure_matrix, global real* closure_wanted,
+    global const JointInfo* joint_infos, global const Sleeper* sleepers, global const u32* color_starts,
+    global const u32* cell_blocks, global const u32* joint_phases, global const JointLanes* joint_lanes,
+    global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses, global const u32* coupling_phases,
+    global const CouplingInfo* coupling_infos, global const CoupledJoint* coupled_joints,
+    global const real* coupling_ratios, global const CouplingRow* coupling_rows,
+    global CouplingImpulse* coupling_impulses, global const BlockBodies* block_bodies,
+    global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+    global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+    global const AngularFrictionBlock* angular_friction_blocks, global const EllipseBlock* ellipse_blocks,
+    global NormalCoupling* normal_couplings, global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+    global AngularFrictionImpulse* angular_friction_impulses, global PatchImpulse* patch_impulses,
+    global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_SKIPPED(counters) ? 0u : joint_phase_count;
 #if FEATURE_ARTICULATIONS
   const Articulations all = ARTICULATIONS;
+#endif
+#if FEATURE_COUPLINGS
+  const Couplings couplings = COUPLINGS;
+  const u32 coupling_phases_here = SWEEP_SKIPPED(counters) ? 0u : coupling_phase_count;
 #endif
   u32 sweep = 0u;
   do {
@@ -106,6 +126,9 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
 #if FEATURE_JOINTS
     sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
+#endif
+#if FEATURE_COUPLINGS
+    sweep_couplings(PURPOSE_SOLVE, coupling_phases_here, &couplings);
 #endif
 #if FEATURE_PARTITIONS
     sweep_cell_tail(PURPOSE_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
@@ -159,14 +182,17 @@ kernel void solve_body_copies(global const BodyCopyBlock* body_copy_blocks, glob
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, body_copy_blocks, body_copies);
 }
 
-// One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
+// One work-group: `sweeps` sweeps over the joints' first phases, couplings and all pairs.
 kernel void solve_body_copies_group(const StepParams params, const u32 bodies, const u32 joint_phase_count,
-                                    const u32 sweeps, global const BodyCopyBlock* body_copy_blocks,
-                                    global const u32* body_copy_starts, global const u32* joint_phases,
-                                    global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                                    global JointImpulseBlock* joint_impulses, global Velocity* body_copies,
-                                    global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                                    global const ContactBlock* contact_blocks,
+                                    const u32 coupling_phase_count, const u32 sweeps,
+                                    global const BodyCopyBlock* body_copy_blocks, global const u32* body_copy_starts,
+                                    global const u32* joint_phases, global const JointLanes* joint_lanes,
+                                    global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
+                                    global const u32* coupling_phases, global const CouplingInfo* coupling_infos,
+                                    global const CoupledJoint* coupled_joints, global const real* coupling_ratios,
+                                    global const CouplingRow* coupling_rows, global CouplingImpulse* coupling_impulses,
+                                    global Velocity* body_copies, global const BlockBodies* block_bodies,
+                                    global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                                     global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
                                     global const AngularFrictionBlock* angular_friction_blocks,
                                     global const EllipseBlock* ellipse_blocks, global NormalCoupling* normal_couplings,
@@ -177,11 +203,18 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
   const bool is_aborted = STEP_ABORTED(counters);
   const u32 items = is_aborted ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_aborted ? 0u : bodies;
   const u32 joint_phases_here = is_aborted ? 0u : joint_phase_count;
+#if FEATURE_COUPLINGS
+  const Couplings couplings = COUPLINGS;
+  const u32 coupling_phases_here = is_aborted ? 0u : coupling_phase_count;
+#endif
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
     sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
+#endif
+#if FEATURE_COUPLINGS
+    sweep_couplings(PURPOSE_SOLVE, coupling_phases_here, &couplings);
 #endif
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
       solve_item(item, &stream, body_copy_blocks, body_copies);

@@ -461,7 +461,8 @@ enum HashedRecord {
   HASHED_SPRING = 8,
   HASHED_SLEEPER = 9,
   HASHED_SLEPT = 10,
-  HASHED_SLEPT_POINT = 11
+  HASHED_SLEPT_POINT = 11,
+  HASHED_COUPLING = 12
 };
 
 #include "facet_types.h"

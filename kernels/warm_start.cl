@@ -2,6 +2,7 @@
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
 #include "body_copies.h"
 #include "common.h"
+#include "joints/couplings.h"
 #include "joints/solve_joint.h"
 #include "start_contacts.h"
 #include "sweep_cells.h"
@@ -27,6 +28,18 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
                             global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
   start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
+}
+#endif
+
+#if FEATURE_COUPLINGS
+// One work-group: all couplings.
+kernel void warm_couplings(const u32 coupling_phase_count, global const u32* coupling_phases,
+                           global const CouplingInfo* coupling_infos, global const CoupledJoint* coupled_joints,
+                           global const real* coupling_ratios, global const CouplingImpulse* coupling_impulses,
+                           global const JointBlock* joint_blocks, global Motion* motions, global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
+  start_couplings(coupling_phase_count, coupling_phases, coupling_infos, coupled_joints, coupling_ratios,
+                  coupling_impulses, joint_blocks, motions);
 }
 #endif
 
@@ -76,9 +89,9 @@ kernel void warm_cells(const StepParams params, const u32 phase, global const u3
 }
 #endif
 
-// One work-group: the joints' first phases and the contacts' from `first_phase` on.
+// One work-group: the joints' first phases, couplings and the contacts' phases from `first_phase` on.
 kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 joint_phase_count,
-                      global const u32* color_starts, global const u32* cell_blocks,
+                      const u32 coupling_phase_count, global const u32* color_starts, global const u32* cell_blocks,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
                       global const AngularFrictionBlock* angular_friction_blocks,
@@ -86,11 +99,18 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
-                      global Motion* motions, global const u32* counters) {
+                      global const u32* coupling_phases, global const CouplingInfo* coupling_infos,
+                      global const CoupledJoint* coupled_joints, global const real* coupling_ratios,
+                      global const CouplingImpulse* coupling_impulses, global Motion* motions,
+                      global const u32* counters) {
   const StartStream stream = START_STREAM;
 #if FEATURE_JOINTS
   start_joint_phases(0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                      joint_impulses, motions);
+#endif
+#if FEATURE_COUPLINGS
+  start_couplings(STEP_ABORTED(counters) ? 0u : coupling_phase_count, coupling_phases, coupling_infos, coupled_joints,
+                  coupling_ratios, coupling_impulses, joint_blocks, motions);
 #endif
 #if FEATURE_PARTITIONS
   u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);

@@ -41,9 +41,23 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:2: <include> file: names no file: \"x.xml\" does not exist; it is looked for from the folder of this "
        "file, and from that of the first one"},
       {file(""), "robot.xml:1: <mujoco>: has no bodies and no geoms in a <worldbody>; a robot needs some"},
-      {beside("<tendon><fixed name=\"t\" stiffness=\"3\"/></tendon>"),
-       "robot.xml:3: <fixed> stiffness: is of a tendon that pulls, and those are not simulated; remove it, or run with "
+      {beside("<tendon><spatial name=\"t\" stiffness=\"3\"/></tendon>"),
+       "robot.xml:3: <spatial> stiffness: is of a tendon that pulls, and spatial ones are not simulated; remove it, or "
+       "run with --approximate"},
+      {beside("<tendon><fixed name=\"t\" frictionloss=\"3\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>"),
+       "robot.xml:3: <fixed> frictionloss: is of a tendon and not simulated; remove it, or run with --approximate"},
+      {beside("<tendon><fixed name=\"t\" stiffness=\"3 1\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>"),
+       "robot.xml:3: <fixed> stiffness: is not linear, which is not simulated; give one number, or run with "
        "--approximate"},
+      {beside("<tendon><fixed stiffness=\"3\" springlength=\"0 1\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>"),
+       "robot.xml:3: <fixed> springlength: has a range in which the spring does not pull, which is not simulated; give "
+       "one number, or run with --approximate"},
+      {beside("<tendon><fixed range=\"2 1\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>"),
+       "robot.xml:3: <fixed> range: must not begin above its end, is 2 to 1"},
+      {beside("<tendon><fixed stiffness=\"3\"><joint joint=\"k\" coef=\"1\"/></fixed></tendon>"),
+       "robot.xml:3: <joint> joint: unknown joint \"k\"; did you mean \"j\"?"},
+      {beside("<equality><tendon tendon1=\"t\"/></equality>"),
+       "robot.xml:3: <tendon> tendon1: unknown fixed tendon \"t\"; there are none"},
       {file("<compiler coordinate=\"global\"/>"),
        "robot.xml:2: <compiler> coordinate: must be local; MuJoCo 2.3 converts"},
       {file("<compiler angle=\"grad\"/>"), "robot.xml:2: <compiler> angle: must be degree or radian, is \"grad\""},
@@ -121,8 +135,10 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:3: <general>: pushes a joint away from where it is to be, which is not simulated; remove it, or run "
        "with --approximate"},
       {beside("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"),
-       "robot.xml:3: <joint> joint2: joints that follow another one are not simulated; remove it, and give the joint a "
-       "spring, or run with --approximate"},
+       "robot.xml:3: <joint>: ties what is the same; remove it"},
+      {beside("<equality><joint joint1=\"j\" joint2=\"j\" polycoef=\"0 1 2\"/></equality>"),
+       "robot.xml:3: <joint> polycoef: is not linear, which is not simulated; give two numbers, or run with "
+       "--approximate"},
       {beside("<equality><weld body1=\"a\" body2=\"a\"/></equality>"),
        "robot.xml:3: <weld>: names one body twice; it holds two"},
       {beside("<equality><weld site1=\"a\" site2=\"a\"/></equality>"),

@@ -49,6 +49,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::screws, "SCREWS"},
     {Feature::joint_angles, "JOINT_ANGLES"},
     {Feature::joint_impedances, "JOINT_IMPEDANCES"},
+    {Feature::couplings, "COUPLINGS"},
     {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::sleeping, "SLEEPING"},
     {Feature::facets, "FACETS"},

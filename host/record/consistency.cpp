@@ -58,6 +58,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::screws, Feature::joints},
     {Feature::joint_angles, Feature::joints},
     {Feature::joint_impedances, Feature::joints},
+    {Feature::couplings, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},
@@ -270,6 +271,25 @@ void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
     if (b.joined_bodies[k] >= sizes.bodies) refuse(Buffer::joined_bodies, k, "is no body");
 }
 
+template <class real>
+void expect_couplings(const Buffers<real>& b, const Sizes& sizes) {
+  for (std::size_t k = 0; k < b.coupling_infos.size(); ++k) {
+    if (!is_range(b.coupling_infos[k].first, b.coupling_infos[k].count, sizes.coupled_joints))
+      refuse(Buffer::coupling_infos, k, "reaches beyond what there is");
+    if (b.coupling_infos[k].world >= sizes.worlds) refuse(Buffer::coupling_infos, k, "is of a world that there is not");
+  }
+  for (std::size_t i = 0; i < b.coupled_joints.size(); ++i) {
+    const CoupledJoint& coupled = b.coupled_joints[i];
+    if (coupled.joint >= sizes.joints) refuse(Buffer::coupled_joints, i, "has no such joint");
+    const JointInfo& info = b.joint_infos[coupled.joint];
+    if (coupled.slot >= sizes.joint_blocks * PACK ||
+        b.joint_lanes[coupled.slot / PACK].joint[coupled.slot % PACK] != coupled.joint ||
+        coupled.body_a != info.body_a || coupled.body_b != info.body_b || coupled.free != info.free)
+      refuse(Buffer::coupled_joints, i, "is another joint than it says");
+  }
+  if (!b.couplings.empty()) expect_starts(Buffer::coupling_phases, b.coupling_phases, sizes.couplings);
+}
+
 template <class Record>
 void expect_same(Buffer buffer, const std::vector<Record>& found, const std::vector<Record>& right, const char* what) {
   if (found.size() != right.size()) refuse(buffer, found.size(), "is not the last of this scene");
@@ -384,6 +404,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_facets(state.buffers);
   expect_seams(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
+  expect_couplings(state.buffers, state.sizes);
   expect_articulations(state);
   expect_cell_sizes(state.buffers);
   if (has(state.features, Feature::gradient)) expect_gradient(state);

@@ -240,6 +240,20 @@ double spring_energy(const Buffers<real>& buffers, const StepParams<real>& param
 }
 
 template <class real>
+double coupling_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+  const Coupling<real>& coupling = buffers.couplings[index];
+  if (coupling.compliance == 0) return 0;
+  const CouplingInfo& info = buffers.coupling_infos[index];
+  double stretch = -double(coupling.rest);
+  for (u32 k = info.first; k < info.first + info.count; ++k) {
+    const u32 joint = buffers.coupled_joints[k].joint;
+    const double x = coordinate(buffers, double(params.dt), joint, offset_of(buffers, joint));
+    stretch += double(buffers.coupling_ratios[k]) * x;
+  }
+  return 0.5 * double(coupling.rate) / (double(coupling.compliance) * double(params.dt)) * stretch * stretch;
+}
+
+template <class real>
 double armature_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const double armature = double(buffers.joints[index].armature);
   if (armature == 0) return 0;
@@ -252,10 +266,14 @@ bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>
   const double theta = params.theta > 0 ? double(params.theta) : 1;  // explicit Euler takes springs implicitly too
   const double undamped = 1 / (theta * double(params.dt));           // the rate of a spring without a damper
   const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
+  const auto damped = [&](real rate, real compliance) {
+    return compliance > 0 && double(rate) < (1 - rounding) * undamped;
+  };
+  const auto keeps = [&](const Coupling<real>& coupling) {
+    return !damped(coupling.rate, coupling.compliance) && (coupling.limited == 0 || coupling.low == coupling.high);
+  };
+  if (!std::ranges::all_of(buffers.couplings, keeps)) return false;
   return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
-    const auto damped = [&](real rate, real compliance) {
-      return compliance > 0 && double(rate) < (1 - rounding) * undamped;
-    };
     const bool loses = damped(joint.rate, joint.spring_compliance) || damped(joint.side_rate, joint.side_compliance);
     const bool equal = joint.low == joint.high;
     return joint.motor_force == 0 && joint.spring == 0 && !loses && (joint.limited == 0 || equal);
@@ -276,6 +294,7 @@ bool joints_conserve_momentum(const Buffers<real>& buffers) {
   template JointMeasures measure_joint(const Buffers<real>&, const StepParams<real>&, u32, ImpulsesOf); \
   template JointDrift joint_drift(const Buffers<real>&);                                                \
   template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);                    \
+  template double coupling_energy(const Buffers<real>&, const StepParams<real>&, u32);                  \
   template double armature_energy(const Buffers<real>&, const StepParams<real>&, u32);                  \
   template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&);                  \
   template bool joints_conserve_momentum(const Buffers<real>&);

@@ -40,6 +40,9 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
 /// k (x - rest)^2 / 2 of the spring on the free coordinate x of a joint, J; 0 where it has none.
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
+/// The same of the spring of a coupling.
+template <class real>
+double coupling_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index);
 
 /// The energy of motion that the armature of a joint has along its coordinate, J.
 template <class real>

@@ -136,6 +136,11 @@ std::vector<Buffer> measured_buffers(Features features) {
           Buffer::joint_blocks, Buffer::joint_impulses, Buffer::joint_angles})
       buffers.push_back(buffer);
   }
+  if (has(features, Feature::couplings)) {
+    for (const Buffer buffer :
+         {Buffer::couplings, Buffer::coupling_infos, Buffer::coupled_joints, Buffer::coupling_ratios})
+      buffers.push_back(buffer);
+  }
   if (has(features, Feature::sleeping)) buffers.push_back(Buffer::sleepers);
   if (has(features, Feature::particles)) {
     for (const Buffer buffer :
@@ -172,6 +177,10 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
   if (has(features, Feature::joint_springs)) {
     for (u32 i = 0; i < sizes.joints; ++i)
       result.worlds[buffers.joint_infos[i].world].potential += spring_energy(buffers, params, i);
+  }
+  if (has(features, Feature::couplings)) {
+    for (u32 k = 0; k < sizes.couplings; ++k)
+      result.worlds[buffers.coupling_infos[k].world].potential += coupling_energy(buffers, params, k);
   }
   if (has(features, Feature::joint_impedances)) {
     for (u32 i = 0; i < sizes.joints; ++i)

@@ -5,9 +5,11 @@
 
 #include "host/error.hpp"
 #include "host/scene/compile_articulations.hpp"
+#include "host/scene/compile_couplings.hpp"
 #include "host/scene/expect_fits.hpp"
 #include "host/scene/joint_angles.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/joint_springs.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/spring.hpp"
 
@@ -58,25 +60,6 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
   out.correction = rounded<real>(correction.share, "the correction of a joint", origin);
   out.softness = rounded<real>(correction.softness, "the softness of a joint", origin);
   out.spring = spring;
-}
-
-// The spring of the free coordinate, taken at the end of a sub-step, or in its middle where the integrator is of second
-// order and energy is to stay (cpu_reference/prepare_joints.hpp).
-template <class real>
-struct Spring {
-  real rate, compliance, rest;
-};
-
-template <class real>
-Spring<real> make_spring(const Settings& settings, const JointSpring& in, const Origin& origin) {
-  const double h = settings.dt / substeps_of(settings);
-  const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
-  const double stiff = theta * h * in.stiffness + in.damping;
-  rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
-  if (!(in.forces[0] < in.forces[1]))
-    throw Error(Failure::input, "a spring", "the least of its forces must be below the most");
-  return {rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin), static_cast<real>(1 / (h * stiff)),
-          rounded<real>(in.rest, "the rest of a spring", origin)};
 }
 
 // Armature, and the spring; one that is alone has the place of the limits.
@@ -312,6 +295,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   state.sizes.joint_blocks = static_cast<u32>(b.joint_lanes.size());
   state.sizes.joint_phases = static_cast<u32>(b.joint_phases.size()) - 1;
   state.sizes.joined = static_cast<u32>(b.joined_bodies.size());
+  compile_couplings(worlds, state);
 }
 
 template void compile_joints(std::span<const Scene>, InitialState<float>&);

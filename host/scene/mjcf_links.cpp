@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host/scene/json_node.hpp"
+#include "host/scene/mjcf_couplings.hpp"
 
 namespace lockstep {
 
@@ -14,30 +15,21 @@ class Links {
  public:
   Links(const MjcfDefaults& defaults, const MjcfNames& names, const std::string& prefix, LeftOut& left_out,
         Robot& robot)
-      : defaults_(defaults), names_(names), prefix_(prefix), left_out_(left_out), robot_(robot) {}
+      : defaults_(defaults),
+        names_(names),
+        prefix_(prefix),
+        left_out_(left_out),
+        robot_(robot),
+        couplings_(names, prefix, left_out, robot) {}
+
+  void read_tendon(const XmlNode& node) { couplings_.read_tendon(defaults_.element(node, 0, {"tendon"})); }
 
   void read_equality(const XmlNode& node) {
     const MjcfElement element = defaults_.element(node, 0, {"equality"});
     if (!element.choice("active").value_or(true)) return left_out_.add(node.location(), "inactive " + node.name());
-    if (node.name() == "joint") read_joint_lock(node);
+    if (node.name() == "joint") node.has("joint2") ? couplings_.read_joints(node) : read_joint_lock(node);
+    if (node.name() == "tendon") couplings_.read_tendons(node);
     if (node.name() == "connect" || node.name() == "weld") read_loop(node);
-  }
-
-  void read_tendon(const XmlNode& node) {
-    const MjcfElement tendon = defaults_.element(node, 0, {"tendon"});
-    const auto pulls = [&](const char* attribute) {
-      if (!tendon.has(attribute)) return false;
-      const std::vector<double> values = tendon.holder(attribute).numbers(attribute, 1, 16);
-      return std::ranges::any_of(values, [](double value) { return value != 0; });
-    };
-    const bool is_limited = tendon.has("range") && tendon.choice("limited").value_or(true);
-    for (const char* attribute : {"stiffness", "damping", "frictionloss", "armature", "range"})
-      if (pulls(attribute) && (std::string_view(attribute) != "range" || is_limited))
-        return left_out_.approximate(tendon.holder(attribute).location() + " " + attribute,
-                                     "is of a tendon that pulls, and those are not simulated; remove it, or run with "
-                                     "--approximate",
-                                     node.name() + " tendon");
-    left_out_.add(node.location(), node.name() + " tendon");
   }
 
   void read_contact(const XmlNode& node) {
@@ -58,11 +50,6 @@ class Links {
   }
 
   void read_joint_lock(const XmlNode& node) {
-    if (node.has("joint2"))
-      return left_out_.approximate(node.location() + " joint2",
-                                   "joints that follow another one are not simulated; remove it, and give the joint a "
-                                   "spring, or run with --approximate",
-                                   "equality joint2");
     const MjcfJointName& name = find_named(names_.joints, node, "joint1", "joint", prefix_);
     RobotJoint& joint = robot_.joints[name.joint];
     if (joint.kind == RobotJointKind::ball || joint.kind == RobotJointKind::floating)
@@ -101,6 +88,7 @@ class Links {
   const std::string& prefix_;
   LeftOut& left_out_;
   Robot& robot_;
+  MjcfCouplings couplings_;
 };
 
 }  // namespace
@@ -108,10 +96,10 @@ class Links {
 void read_mjcf_links(const XmlNode& top, const MjcfDefaults& defaults, const MjcfNames& names,
                      const std::string& prefix, LeftOut& left_out, Robot& robot) {
   Links links(defaults, names, prefix, left_out, robot);
-  for (const XmlNode& all : top.children("equality"))
-    for (const XmlNode& node : all.children()) links.read_equality(node);
   for (const XmlNode& all : top.children("tendon"))
     for (const XmlNode& node : all.children()) links.read_tendon(node);
+  for (const XmlNode& all : top.children("equality"))
+    for (const XmlNode& node : all.children()) links.read_equality(node);
   for (const XmlNode& all : top.children("contact"))
     for (const XmlNode& node : all.children()) links.read_contact(node);
 }

@@ -91,6 +91,15 @@ void switch_off(const MjcfFlags& flags, Robot& robot) {
     if (!flags.filterparent) joint.collide = true;
   }
   if (!has_equality) robot.loops.clear();
+  std::erase_if(robot.couplings, [&](RobotCoupling& coupling) {
+    CouplingDescription& law = coupling.law;
+    if (coupling.is_equality) return !has_equality;
+    law.limited = law.limited && has_limits;
+    if (law.spring && !flags.spring) law.spring->stiffness = 0;
+    if (law.spring && !flags.damper) law.spring->damping = 0;
+    if (law.spring && law.spring->stiffness == 0 && law.spring->damping == 0) law.spring.reset();
+    return !law.limited && !law.spring;
+  });
   if (!flags.filterparent) robot.passing.clear();
   if (!flags.contact || !flags.constraint)
     for (RobotLink& link : robot.links) link.shapes.clear();

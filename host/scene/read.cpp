@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "host/embedded.hpp"
+#include "host/scene/couplings.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -158,7 +159,7 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed, 
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
-                      "bodies", "joints", "sensors", "particles", "robots"});
+                      "bodies", "joints", "couplings", "sensors", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
@@ -194,6 +195,9 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed, 
   scene.seeded = names.seeded;
   for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
   expect_joints_of_passing(scene);
+  if (root.has("couplings"))
+    for (CouplingDescription& coupling : read_couplings(root.at("couplings"), scene))
+      scene.couplings.push_back(std::move(coupling));
   if (root.has("sensors")) scene.sensors = read_sensors(root.at("sensors"), scene);
   return scene;
 }

@@ -77,6 +77,8 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   if (free_of(joint.kind) == FREE_NOTHING || has_key(joint.kind, JOINT_HAS_AXES))
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
   const bool is_angular = free_of(joint.kind) == FREE_ANGLE;
+  if (found->mimic && (node.has("start") || node.has("start_deg")))
+    node.fail(fmt::format("follows the joint {}, which says where it starts", quote(found->mimic->leader)));
   if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
     drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
@@ -117,6 +119,10 @@ void add(RobotComponents components, Scene& scene) {
   for (ActuatorDescription& actuator : components.actuators) {
     if (actuator.joint != NONE) actuator.joint += first_joint;
     scene.actuators.push_back(std::move(actuator));
+  }
+  for (CouplingDescription& coupling : components.couplings) {
+    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint += first_joint;
+    scene.couplings.push_back(std::move(coupling));
   }
   for (const auto& [a, b] : components.passing) scene.passing.push_back({first + a, first + b});
 }

@@ -24,16 +24,34 @@ class Assembly {
         in_head_(robot.links.size()),
         poses_(robot.links.size()),
         at_zero_(robot.links.size()),
-        body_(robot.links.size(), NONE) {
+        body_(robot.links.size(), NONE),
+        places_(robot.joints.size()) {
+    for (u32 i = 0; i < robot.joints.size(); ++i) starts_.push_back(start_of(i));
     set_link_poses();
     gather();
     make_bodies();
     make_joints();
+    make_couplings();
   }
 
   RobotComponents take() { return std::move(components_); }
 
  private:
+  u32 joint_called(const std::string& name) const {
+    return static_cast<u32>(std::ranges::find(robot_.joints, name, &RobotJoint::name) - robot_.joints.begin());
+  }
+
+  // Where a joint stands at load: one that follows another is where that one says.
+  double start_of(u32 joint) const {
+    if (!kind_of(robot_.joints[joint].kind)) return 0;
+    double factor = 1, start = 0;
+    for (; robot_.joints[joint].mimic; joint = joint_called(robot_.joints[joint].mimic->leader)) {
+      start += factor * robot_.joints[joint].mimic->offset;
+      factor *= robot_.joints[joint].mimic->multiplier;
+    }
+    return start + factor * use_.drives[joint].start.value_or(robot_.joints[joint].start);
+  }
+
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
   void set_link_poses() {
     head_[robot_.root] = robot_.root;
@@ -45,14 +63,14 @@ class Assembly {
       head_[joint.child] = fixed ? head_[joint.parent] : joint.child;
       if (fixed) in_head_[joint.child] = in_head_[joint.parent] * own;
       at_zero_[joint.child] = at_zero_[joint.parent] * own;
-      poses_[joint.child] = poses_[joint.parent] * own * started(joint, use_.drives[i]);
+      poses_[joint.child] = poses_[joint.parent] * own * started(joint, i);
     }
   }
 
   // As the scene says, else as the robot does.
-  static Pose started(const RobotJoint& joint, const RobotDrive& drive) {
-    if (joint.start_pose && !drive.start) return *joint.start_pose;
-    return moved(joint, drive.start.value_or(joint.start));
+  Pose started(const RobotJoint& joint, std::size_t number) const {
+    if (joint.start_pose && !use_.drives[number].start) return *joint.start_pose;
+    return moved(joint, starts_[number]);
   }
 
   // Masses and shapes of all links of a body, in the frame of its head.
@@ -137,7 +155,6 @@ class Assembly {
   }
 
   void make_joints() {
-    places_.resize(robot_.joints.size());
     for (u32 i = 0; i < robot_.joints.size(); ++i) {
       const std::optional<JointKind> kind = kind_of(robot_.joints[i].kind);
       if (kind) add_joint(i, *kind, use_.drives[i]);
@@ -151,6 +168,28 @@ class Assembly {
       const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
       if (body_a != NONE && body_b != NONE && body_a != body_b) components_.passing.push_back({body_a, body_b});
     }
+  }
+
+  void make_couplings() {
+    for (const RobotCoupling& coupling : robot_.couplings) add_coupling(coupling.name, coupling.law);
+    for (u32 i = 0; i < robot_.joints.size(); ++i) {
+      if (places_[i].joint == NONE || !robot_.joints[i].mimic) continue;
+      const auto& [leader, multiplier, offset] = *robot_.joints[i].mimic;
+      CouplingDescription coupling;
+      coupling.joints = {{i, 1}};
+      if (multiplier != 0) coupling.joints.push_back({joint_called(leader), -multiplier});
+      coupling.limited = true;
+      coupling.low = coupling.high = offset;
+      add_coupling(robot_.joints[i].name, coupling);
+    }
+  }
+
+  // Of joints that do not move, as those of links without mass, the coordinate is 0.
+  void add_coupling(const std::string& name, CouplingDescription coupling) {
+    coupling.name = use_.name + "/" + name;
+    std::erase_if(coupling.joints, [&](const CoupledCoordinate& coupled) { return places_[coupled.joint].joint == NONE; });
+    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint = places_[coupled.joint].joint;
+    if (!coupling.joints.empty()) components_.couplings.push_back(std::move(coupling));
   }
 
   // Its two sides are where they are one with all joints at 0, unless it says where: it is open where joints have
@@ -202,7 +241,7 @@ class Assembly {
     joint.axis = exact::rotate(zero.orientation, in.axis);
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
-    const double start = drive.start.value_or(in.start);
+    const double start = starts_[number];
     if (start != 0 || in.start_pose) joint.reference_poses = reference_poses_at(zero, joint, in.child);
     if (free_of(kind) == FREE_ANGLE) joint.start = start;
     JointDescription more = joint, lock = joint;
@@ -316,11 +355,13 @@ class Assembly {
 
   const Robot& robot_;
   const RobotUse& use_;
-  std::vector<Places> places_;  // of each joint
   // of each link
   std::vector<u32> head_;
   std::vector<Pose> in_head_, poses_, at_zero_;  // in the frame of the head; in the world; there with all joints at 0
   std::vector<u32> body_;                        // of heads
+  // of each joint
+  std::vector<Places> places_;
+  std::vector<double> starts_;
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
   RobotComponents components_;

@@ -29,11 +29,12 @@ struct RobotUse {
   std::vector<RobotDrive> drives;   // one for each joint of the robot
 };
 
-/// Joints name bodies, and actuators joints, by their place among these.
+/// Joints name bodies, and actuators and couplings joints, by their place among these.
 struct RobotComponents {
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
   std::vector<ActuatorDescription> actuators;
+  std::vector<CouplingDescription> couplings;
   std::vector<std::array<u32, 2>> passing;
 };
 

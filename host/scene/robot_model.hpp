@@ -22,6 +22,12 @@ struct RobotLink {
   double gravity_share = 1;                // of its weight that it feels
 };
 
+/// As `<mimic>` of URDF: the joint stays where another one, times a multiplier, is, and on by an offset.
+struct RobotMimic {
+  std::string leader;
+  double multiplier = 1, offset = 0;
+};
+
 /// `sliding` is prismatic without limits, `continuous` is revolute without.
 enum class RobotJointKind { fixed, revolute, continuous, prismatic, sliding, planar, floating, ball, universal };
 
@@ -58,6 +64,7 @@ struct RobotJoint {
   std::vector<JointSpring> servos = {};    // its actuators', as long as the scene gives no spring
   std::optional<double> locked_at = {};    // the coordinate does not leave this
   double start = 0;                        // its coordinate at load, rad or m
+  std::optional<RobotMimic> mimic = {};    // it starts there, too
   bool collide = false;                    // its two bodies may touch
   // of one with several coordinates at load: how far the child's frame has gone from where the joint is at 0, in that
   std::optional<RobotPose> start_pose = {};
@@ -82,6 +89,13 @@ struct RobotLoop {
   std::optional<std::array<RobotPose, 2>> sides = {};
 };
 
+/// Of joints with a coordinate: what CouplingDescription says, of joints of the robot.
+struct RobotCoupling {
+  std::string name;
+  CouplingDescription law = {};  // its joints are indices into those of the robot
+  bool is_equality = false;      // not of a tendon
+};
+
 /// How shapes touch, where the file says it: their materials are indices into these, and their categories and masks
 /// have a bit for each of the classes.
 struct RobotContacts {
@@ -98,6 +112,7 @@ struct Robot {
   bool root_is_fixed = false;      // it does not move, whatever a scene says
   std::vector<RobotActuator> actuators;
   std::vector<RobotLoop> loops;
+  std::vector<RobotCoupling> couplings;
   std::vector<std::array<u32, 2>> passing;  // links that pass through each other
   std::optional<RobotContacts> contacts;    // none: as the scene says
   std::vector<std::string> notes;           // what was left out or replaced, a line each

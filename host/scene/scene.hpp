@@ -165,6 +165,20 @@ inline JointDrive drive_of(const JointDescription& joint) {
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
 
+struct CoupledCoordinate {
+  u32 joint = NONE;  // index into Scene::joints
+  double ratio = 1;  // not 0
+};
+
+/// Ties the free coordinates x of joints to each other: what is said of their sum, each times its ratio, m or rad.
+struct CouplingDescription {
+  std::string name = {};  // may be empty
+  std::vector<CoupledCoordinate> joints = {};
+  bool limited = false;
+  double low = 0, high = 0;                // equal ones lock it
+  std::optional<JointSpring> spring = {};  // of any force; beside limits too
+};
+
 /// What measures the forces of a joint, of a body's contacts, or of those of one of its shapes (docs/forces.md).
 struct SensorDescription {
   std::string name = {};  // not empty; no two of a scene have the same
@@ -193,6 +207,7 @@ struct Scene {
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
   std::vector<ActuatorDescription> actuators;  // of robots, in the order of their files
+  std::vector<CouplingDescription> couplings;
   std::vector<SensorDescription> sensors;
   // bodies that pass through each other, as those of a joint do; goes with joints
   std::vector<std::array<u32, 2>> passing;

@@ -69,6 +69,39 @@ void read_dynamics(const XmlNode& node, UrdfReading& reading, RobotJoint& joint)
     node.fail("belongs to a joint with one axis, a spherical one has none; set it to 0 here");
 }
 
+bool has_one_axis(RobotJointKind kind) {
+  return kind == RobotJointKind::revolute || kind == RobotJointKind::continuous || kind == RobotJointKind::prismatic;
+}
+
+void read_mimic(const XmlNode& node, UrdfReading& reading, RobotJoint& joint) {
+  reading.leave_out_others(node, {"joint", "multiplier", "offset"});
+  if (!has_one_axis(joint.kind)) node.fail("belongs to a joint with one axis that moves; remove it");
+  RobotMimic& mimic = joint.mimic.emplace();
+  mimic.leader = node.text("joint");
+  if (node.has("multiplier")) mimic.multiplier = node.number("multiplier");
+  if (node.has("offset")) mimic.offset = node.number("offset");
+}
+
+// Joints that follow others, each of which is there and moves along one axis, and none of them itself at last.
+void expect_leaders(const XmlNode& top, const std::vector<RobotJoint>& joints) {
+  const auto find = [&](const std::string& name) { return std::ranges::find(joints, name, &RobotJoint::name); };
+  for (const XmlNode& node : top.children("joint")) {
+    const std::optional<XmlNode> mimic = node.child("mimic");
+    if (!mimic) continue;
+    const auto leader = find(mimic->text("joint"));
+    if (leader == joints.end()) {
+      std::vector<std::string> known;
+      for (const RobotJoint& joint : joints)
+        if (has_one_axis(joint.kind)) known.push_back(joint.name);
+      mimic->unknown("joint", "joint", std::move(known));
+    }
+    if (!has_one_axis(leader->kind)) mimic->fail("joint", "must be a joint with one axis that moves");
+    std::size_t followed = 0;
+    for (auto at = leader; at != joints.end() && at->mimic; at = find(at->mimic->leader))
+      if (++followed > joints.size()) mimic->fail("joint", "follows itself, from one joint to the next");
+  }
+}
+
 RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers, UrdfReading& reading) {
   reading.leave_out_others(node, {"name", "type"}, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"});
   RobotJoint joint;
@@ -78,9 +111,6 @@ RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers, UrdfReadi
   joint.parent = read_end(node, "parent", numbers, reading);
   joint.child = read_end(node, "child", numbers, reading);
   read_urdf_origin(node, reading, joint.position, joint.orientation);
-  if (const std::optional<XmlNode> mimic = node.child("mimic"))
-    mimic->fail(
-        "joints that follow another one are not simulated; remove it, and give the joint a spring in the scene");
   const bool has_axis = joint.kind != RobotJointKind::fixed && joint.kind != RobotJointKind::floating &&
                         joint.kind != RobotJointKind::ball;
   if (const std::optional<XmlNode> axis = node.child("axis"); axis && has_axis) {
@@ -89,6 +119,7 @@ RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers, UrdfReadi
     if (joint.axis == Vector3{0, 0, 0}) axis->fail("xyz", "must not be zero: it is a direction");
   }
   read_limit(node, reading, joint);
+  if (const std::optional<XmlNode> mimic = node.child("mimic")) read_mimic(*mimic, reading, joint);
   if (const std::optional<XmlNode> dynamics = node.child("dynamics");
       dynamics && (has_axis || joint.kind == RobotJointKind::ball))
     read_dynamics(*dynamics, reading, joint);
@@ -159,6 +190,7 @@ Robot parse_urdf(const std::string& text, const std::string& source, const Robot
     if (!joints.emplace(robot.joints.back().name, 0).second)
       node.fail("name", fmt::format("names the joint {} again; names must differ", quote(robot.joints.back().name)));
   }
+  expect_leaders(top, robot.joints);
   make_tree(top, robot);
   for (const std::string& line : reading.left_out.lines()) robot.notes.push_back(line);
   if (!reading.mended.empty())

@@ -82,8 +82,10 @@ struct World::Impl {
     index_map = {};
     index_map.bodies.resize(scene.bodies.size());
     index_map.joints.resize(scene.joints.size());
+    index_map.couplings.resize(scene.couplings.size());
     for (u32 i = 0; i < index_map.bodies.size(); ++i) index_map.bodies[i] = i;
     for (u32 j = 0; j < index_map.joints.size(); ++j) index_map.joints[j] = j;
+    for (u32 k = 0; k < index_map.couplings.size(); ++k) index_map.couplings[k] = k;
   }
 
   // The engine, made anew where bodies or joints have come, gone or changed.
@@ -230,6 +232,7 @@ struct World::Impl {
   void remove_joint(u32 gone) {
     remove_from_sensors(&SensorDescription::joint, gone, called(joints[gone]));
     remove_from_actuators(gone);
+    remove_from_couplings(gone);
     joints.remove(gone, scene.joints[gone].name);
     scene.joints.erase(scene.joints.begin() + gone);
     rename_without(index_map.joints, gone);
@@ -237,6 +240,20 @@ struct World::Impl {
   }
 
   void remove_from_actuators(u32 joint);
+  // Couplings go with any of their joints.
+  void remove_from_couplings(u32 joint) {
+    for (u32 k = static_cast<u32>(scene.couplings.size()); k-- > 0;) {
+      std::vector<CoupledCoordinate>& coupled = scene.couplings[k].joints;
+      if (std::ranges::find(coupled, joint, &CoupledCoordinate::joint) != coupled.end()) {
+        scene.couplings.erase(scene.couplings.begin() + k);
+        rename_without(index_map.couplings, k);
+        continue;
+      }
+      for (CoupledCoordinate& each : coupled)
+        if (each.joint > joint) --each.joint;
+    }
+  }
+
   void remove_from_sensors(u32 SensorDescription::*measured, u32 gone, const std::string& name);
   SensorReading reading(const SensorDescription& sensor);
 

@@ -277,6 +277,17 @@ void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, st
   }
 }
 
+// A world has no others, so that the ids are indices into its scene.
+template <class real>
+void migrate_couplings(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_coupling,
+                       InitialState<real>& state) {
+  for (u32 k = 0; k < old.sizes.couplings; ++k) {
+    const u32 id = new_coupling[old.buffers.coupling_infos[k].id];
+    for (u32 i = 0; i < state.sizes.couplings; ++i)
+      if (state.buffers.coupling_infos[i].id == id) state.buffers.coupling_impulses[i] = from.coupling_impulses[k];
+  }
+}
+
 // Joints that have come start where they are, those that were there go on.
 template <class real>
 void migrate_angles(std::span<const double> starts, const std::vector<real>& angles, std::span<const u32> new_joint,
@@ -322,6 +333,8 @@ void migrate_state(const InitialState<real>& old, const Buffers<real>& persisten
     migrate_springs(persistent, new_spring_ends(old, index_map, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
     migrate_joints(old, persistent, index_map.joints, state);
+  if (has(old.features, Feature::couplings) && has(state.features, Feature::couplings))
+    migrate_couplings(old, persistent, index_map.couplings, state);
   if (counts) migrate_angles(starts, persistent.joint_angles, index_map.joints, state);
 }
 

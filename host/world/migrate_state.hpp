@@ -12,8 +12,8 @@ namespace lockstep {
 
 /// What has become of a scene.
 struct IndexMap {
-  /// Which body and joint of the new scene each of the old one has become; NONE: it is gone.
-  std::vector<u32> bodies, joints;
+  /// Which body, joint and coupling of the new scene each of the old one has become; NONE: it is gone.
+  std::vector<u32> bodies, joints, couplings;
   /// Of the old scene: who stays and is described otherwise in the new one.
   std::set<u32> changed_bodies, changed_joints;
   /// Pairs of materials that meet otherwise; NONE is any.

@@ -1,6 +1,7 @@
 // Bodies and joints that come and go, time, and what acts.
 #include <cmath>
 
+#include "host/scene/couplings.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/sensors.hpp"
 #include "host/scene/setting_table.hpp"
@@ -64,6 +65,7 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_index_map();
+  validate_couplings(p.scene);
   validate_sensors(p.scene);
   if (!bodies.empty()) p.ready();
 }

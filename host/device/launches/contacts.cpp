@@ -59,10 +59,18 @@ void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string
   launch_joint_phases(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
 }
 
+// All of them, in one work-group.
+void sweep_couplings(Launcher& launcher, std::string_view kernel) {
+  const LaunchPlan& plan = launcher.plan();
+  if (has(plan.features, Feature::couplings))
+    launcher.run_group(kernel, {{"coupling_phase_count", plan.sizes.coupling_phases}});
+}
+
 void warm_joints(Launcher& launcher) {
   const u32 swept = launcher.plan().swept_joint_phases, all = launcher.plan().sizes.joint_phases;
   launch_joint_phases(launcher, 0, swept, "warm_joints", "warm_joint_tail");
   launch_joint_phases(launcher, swept, all, "warm_joints", "warm_joint_tail");
+  sweep_couplings(launcher, "warm_couplings");
 }
 
 // A pass of Jacobi's method: all pairs at once on copies of their bodies, then the bodies whole again.
@@ -107,9 +115,11 @@ void solve_by_body_copies(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group("solve_body_copies_group", {{"bodies", plan.sizes.bodies},
                                                           {"joint_phase_count", plan.swept_joint_phases},
+                                                          {"coupling_phase_count", plan.sizes.coupling_phases},
                                                           {"sweeps", plan.counts.iterations}});
   for (u32 i = 0; i < plan.counts.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    sweep_couplings(launcher, "solve_couplings");
     pass_over_body_copies(launcher, "solve_body_copies");
     end_sweep(launcher, i);
   }
@@ -248,6 +258,11 @@ void launch_prepare_joints(Launcher& launcher) {
   launcher.run("prepare_joints", launcher.plan().sizes.joint_blocks * PACK);
 }
 
+void launch_prepare_couplings(Launcher& launcher) {
+  const u32 count = launcher.plan().sizes.couplings;
+  launcher.run("prepare_couplings", count, {{"coupling_count", count}});
+}
+
 void launch_factor_articulations(Launcher& launcher) {
   const u32 count = launcher.plan().sizes.articulations;
   make_room_for_closures(launcher);
@@ -262,10 +277,13 @@ void launch_warm_start(Launcher& launcher) {
     return pass_over_body_copies(launcher, "warm_body_copies");
   }
   if (is_fused(plan))
-    return launcher.run_group("warm_tail", {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
+    return launcher.run_group("warm_tail", {{"first_phase", 0u},
+                                            {"joint_phase_count", plan.sizes.joint_phases},
+                                            {"coupling_phase_count", plan.sizes.coupling_phases}});
   warm_joints(launcher);
   sweep_cells(launcher, "warm_cells");
-  sweep(launcher, "warm_color", "warm_tail", {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}});
+  sweep(launcher, "warm_color", "warm_tail",
+        {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}, {"coupling_phase_count", 0u}});
 }
 
 void launch_solve_constraints(Launcher& launcher) {
@@ -277,6 +295,7 @@ void launch_solve_constraints(Launcher& launcher) {
     return launcher.run_group("solve_tail", {{"first_phase", 0u},
                                              {"articulation_count", plan.sizes.articulations},
                                              {"joint_phase_count", plan.swept_joint_phases},
+                                             {"coupling_phase_count", plan.sizes.coupling_phases},
                                              {"sweeps", plan.counts.iterations},
                                              {"whole", 1u}});
   const u32 articulations = plan.sizes.articulations;
@@ -284,11 +303,13 @@ void launch_solve_constraints(Launcher& launcher) {
     if (articulations > 0)
       launcher.run_groups("solve_articulations", articulations, {{"articulation_count", articulations}});
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    sweep_couplings(launcher, "solve_couplings");
     sweep_cells(launcher, "solve_cells");
     sweep(launcher, "solve_color", "solve_tail",
           {{"first_phase", first_tail_phase(plan)},
            {"articulation_count", 0u},
            {"joint_phase_count", 0u},
+           {"coupling_phase_count", 0u},
            {"sweeps", 1u},
            {"whole", 0u}});
     end_sweep(launcher, i);
@@ -298,13 +319,15 @@ void launch_solve_constraints(Launcher& launcher) {
 void launch_relax_constraints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
-    return launcher.run_group(
-        "relax_tail",
-        {{"first_phase", 0u}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.counts.relaxations}});
+    return launcher.run_group("relax_tail", {{"first_phase", 0u},
+                                             {"joint_phase_count", plan.swept_joint_phases},
+                                             {"coupling_phase_count", plan.sizes.coupling_phases},
+                                             {"sweeps", plan.counts.relaxations}});
   for (u32 i = 0; i < plan.counts.relaxations; ++i) {
     sweep_joints(launcher, "relax_joints", "relax_joint_tail");
+    sweep_couplings(launcher, "relax_couplings");
     sweep(launcher, "relax_color", "relax_tail",
-          {{"first_phase", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
+          {{"first_phase", plan.colors}, {"joint_phase_count", 0u}, {"coupling_phase_count", 0u}, {"sweeps", 1u}});
   }
 }
 

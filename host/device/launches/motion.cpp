@@ -32,6 +32,10 @@ void launch_hash_state(Launcher& launcher) {
     if (has(plan.features, Feature::contacts)) run("hash_state_slept", plan.contacts);
   }
   if (has(plan.features, Feature::joints)) run("hash_state_joints", plan.sizes.joint_blocks * PACK);
+  if (has(plan.features, Feature::couplings)) {
+    const u32 couplings = plan.sizes.couplings;
+    launcher.run("hash_state_couplings", (couplings + share - 1) / share, {{"coupling_count", couplings}});
+  }
   if (has(plan.features, Feature::events)) run("hash_state_touching", plan.pairs);
   if (has(plan.features, Feature::shear_springs)) run("hash_state_springs", plan.pairs);
 }
