@@ -11,11 +11,12 @@ typedef struct LanePose {
   LaneQuat orientation;
 } LanePose;
 
-// Padding lanes read the pose of the last body.
+// Padding lanes read the pose of the first lane, which pairs fill first: any other body may be moved by another item.
+// Items of padding alone read that of the last body.
 static inline LanePose lane_load_poses(global const u32* bodies, u32 body_count, global const Vec4* positions,
                                        global const Vec4* orientations) {
   u32 indices[LANES];
-  for (u32 k = 0u; k < LANES; ++k) indices[k] = min(bodies[k], body_count - 1u);
+  for (u32 k = 0u; k < LANES; ++k) indices[k] = bodies[k] < body_count ? bodies[k] : min(bodies[0], body_count - 1u);
   LanePose pose;
   pose.position = lane_xyz(lane_gather_quad((global const real*)positions, 4u, indices));
   pose.orientation = lane_quat(lane_gather_quad((global const real*)orientations, 4u, indices));

@@ -61,6 +61,7 @@ static inline void separate_store(lane_mask moved, global const u32* bodies, con
 static inline void separate_pairs(const StepParams* params, u32 block, u32 first, const SeparationStream* s) {
   global const BlockBodies* bodies = s->bodies + block;
   const BlockRows rows = s->rows[block];
+  if (bodies->count[first] == 0u) return;  // padding alone
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   const LanePose pose_a = lane_load_poses(bodies->body_a + first, params->bodies, s->positions, s->orientations);
   const LanePose pose_b = lane_load_poses(bodies->body_b + first, params->bodies, s->positions, s->orientations);

@@ -93,12 +93,14 @@ INSTANTIATE_TEST_SUITE_P(Methods, Separated,
                                          Method{"dense_gauss_seidel", "trapezoidal", "double"},
                                          Method{"auto", "trapezoidal", "double"}));
 
-constexpr const char* ground = R"({"name": "ground", "type": "static", "shapes": [{"type": "plane"}]})";
+std::string on_ground(const char* body) {
+  return fmt::format(R"({{"name": "ground", "type": "static", "shapes": [{{"type": "plane"}}]}}, {})", body);
+}
 
 // A box that starts 10 mm deep comes out to the slop, and stands: its velocity is never other than 0.
 TEST_P(Separated, ADeepBoxComesOutWithoutAVelocity) {
-  World w = world(std::string(ground) + R"(, {"name": "box", "mass": 1, "position": [0, 0, 0.09],
-                  "shapes": [{"type": "box", "size": [0.2, 0.2, 0.2]}]})",
+  World w = world(on_ground(R"({"name": "box", "mass": 1, "position": [0, 0, 0.09],
+                  "shapes": [{"type": "box", "size": [0.2, 0.2, 0.2]}]})"),
                   0.001, 0, 0);
   w.step(200);
   EXPECT_NEAR(w.pose(*w.find("box")).position[2], 0.1, 1e-4);
@@ -130,9 +132,9 @@ double tilt(World& w, const char* name) {
 // A tumbler toy rocks by 5 degrees without losses: it still does after 23 swings.
 TEST_P(Separated, ATumblerKeepsItsSwing) {
   for (const double dt : {0.001, 0.004, 1. / 60}) {
-    World w = world(std::string(ground) + R"(, {"name": "tumbler", "mass": 1, "inertia": [0.004, 0.004, 0.004],
+    World w = world(on_ground(R"({"name": "tumbler", "mass": 1, "inertia": [0.004, 0.004, 0.004],
         "position": [-0.00784401685, 0, 0.01034247717], "orientation": {"axis": [0, 1, 0], "angle_deg": 5},
-        "shapes": [{"type": "sphere", "radius": 0.1, "offset": [0, 0, 0.09]}]})",
+        "shapes": [{"type": "sphere", "radius": 0.1, "offset": [0, 0, 0.09]}]})"),
                     dt, 9.81, 1);
     w.step(unsigned(9.5 / dt));
     double most = 0;
@@ -146,10 +148,10 @@ TEST_P(Separated, ATumblerKeepsItsSwing) {
 
 // Euler's disk leans at 10 degrees and rolls on its rim 12 times a second, its centre at rest; it goes on so.
 TEST_P(Separated, EulersDiskKeepsItsEnergy) {
-  World w = world(std::string(ground) + R"(, {"name": "disk", "mass": 1, "position": [0, 0, 0.0070042105390159919],
+  World w = world(on_ground(R"({"name": "disk", "mass": 1, "position": [0, 0, 0.0070042105390159919],
       "orientation": {"axis": [0, 1, 0], "angle_deg": 10},
       "angular_velocity": [-13.257871838850194, 0, 2.5204177050696965],
-      "shapes": [{"type": "cylinder", "radius": 0.0375, "length": 0.001}]})",
+      "shapes": [{"type": "cylinder", "radius": 0.0375, "length": 0.001}]})"),
                   0.0005, 9.81, 1);
   const auto energy = [&] {
     const StepErrors errors = w.errors();
@@ -166,9 +168,9 @@ TEST_P(Separated, EulersDiskKeepsItsEnergy) {
 
 // A coin that rolls upright on its rim goes straight on.
 TEST_P(Separated, ACoinRollsStraightOn) {
-  World w = world(std::string(ground) + R"(, {"name": "coin", "density": 7800, "position": [0, 0, 0.1],
+  World w = world(on_ground(R"({"name": "coin", "density": 7800, "position": [0, 0, 0.1],
       "orientation": {"axis": [1, 0, 0], "angle_deg": 90}, "velocity": [0.5, 0, 0], "angular_velocity": [0, 5, 0],
-      "shapes": [{"type": "cylinder", "radius": 0.1, "length": 0.04}]})",
+      "shapes": [{"type": "cylinder", "radius": 0.1, "length": 0.04}]})"),
                   0.002, 9.81, 0.8);
   w.step(1000);
   const Vector3 x = w.pose(*w.find("coin")).position;
