@@ -67,7 +67,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   p.softness = rounded<real>(correction.softness, "contact_frequency, contact_damping: the softness", origin);
   real* const given[] = {&p.slop, &p.margin, &p.correction_limit};
   real* const shares[] = {&p.slop_share, &p.margin_share, &p.correction_limit_share};
-  for (std::size_t i = 0; const ShapeTolerance& tolerance : shape_tolerances(settings)) {
+  for (std::size_t i = 0; const ShapeTolerance& tolerance : shape_tolerances(settings, features)) {
     *given[i] = rounded<real>(tolerance.given.value_or(0), tolerance.name, origin);
     *shares[i++] = tolerance.given ? real(0) : real(tolerance.share);
   }
