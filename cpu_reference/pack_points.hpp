@@ -83,6 +83,24 @@ Vec3<real> anisotropy_axis(const Buffers<real>& buffers, const Contact& contact,
   return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{1, 0, 0});
 }
 
+/// The axis of a cylinder in the frame of its body, 0 of another shape.
+template <class real>
+Vec3<real> rim_axis(const Buffers<real>& buffers, u32 shape) {
+  if (buffers.shape_infos[shape].kind != SHAPE_CYLINDER) return {0, 0, 0};
+  const real* q = buffers.shapes[shape].rotation;
+  return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{0, 0, 1});
+}
+
+template <class real>
+void write_rims(RimBlock<real>& block, u32 lane, Vec3<real> axis_a, Vec3<real> axis_b) {
+  block.axis_a_x[lane] = axis_a.x;
+  block.axis_a_y[lane] = axis_a.y;
+  block.axis_a_z[lane] = axis_a.z;
+  block.axis_b_x[lane] = axis_b.x;
+  block.axis_b_y[lane] = axis_b.y;
+  block.axis_b_z[lane] = axis_b.z;
+}
+
 template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_aborted(buffers.counters)) return;
@@ -97,12 +115,14 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
           buffers.angular_friction_points.empty() ? nullptr : &buffers.angular_friction_points[row];
       StaticFrictionBlock<real>* static_friction =
           buffers.static_friction_blocks.empty() ? nullptr : &buffers.static_friction_blocks[row];
+      RimBlock<real>* rims = buffers.rim_blocks.empty() ? nullptr : &buffers.rim_blocks[row];
       AnisotropyBlock<real>* anisotropy = buffers.anisotropy_blocks.empty() ? nullptr : &buffers.anisotropy_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, real(0), real(0),
                       ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
+          if (rims) write_rims(*rims, lane, Vec3<real>{0, 0, 0}, Vec3<real>{0, 0, 0});
           if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
           if (static_friction) write_static_friction(*static_friction, lane, {}, real(0));
           if (anisotropy) write_anisotropy(*anisotropy, lane, {}, Vec3<real>{0, 0, 0});
@@ -127,6 +147,7 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (anisotropy)
           write_anisotropy(*anisotropy, lane, buffers.anisotropy_pairs[pair],
                            anisotropy_axis(buffers, contact, buffers.anisotropy_pairs[pair]));
+        if (rims) write_rims(*rims, lane, rim_axis(buffers, contact.shape_a), rim_axis(buffers, contact.shape_b));
         if (impacts)
           write_impact(*impacts, lane,
                        contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);

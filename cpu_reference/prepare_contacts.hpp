@@ -3,8 +3,9 @@
 //
 // Bias, with u_old the normal velocity at the start of the sub-step, u_free after the forces and theta of the scheme:
 //   apart (gap > 0): bodies may close the gap, gap + dt ((1 - theta) u_old + theta u_n) >= 0;
-//   overlapping:     Baumgarte, a share of the penetration beyond the slop is taken back at a bounded speed; soft
-//                    contacts are damped springs: u_n + bias + softness r_n >= 0 (Catto, Soft Constraints, GDC 2011);
+//   overlapping:     poses take it back (cpu_reference/separate_contacts.hpp), or Baumgarte, a share of the
+//                    penetration beyond the slop at a bounded speed; soft contacts are damped springs: u_n + bias +
+//                    softness r_n >= 0 (Catto, Soft Constraints, GDC 2011);
 //   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
 //                    (Newton): u_n >= -e u_old. The same law lets a hard contact that parts faster come to close again,
 //                    where others press it together (Moreau 1988): an impulse adds r_n (u_n + u_old) / 2 of energy, and
@@ -23,6 +24,7 @@
 #include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/cone.hpp"
 #include "cpu_reference/current_contact.hpp"
+#include "cpu_reference/foresee_contact.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
 #include "cpu_reference/measure.hpp"
@@ -47,35 +49,6 @@ real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<
 template <class real>
 Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> arm) {
   return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
-}
-
-/// Whether nothing can push the body and it rotates.
-template <class real>
-bool rotates_by_itself(const Motion<real>& body) {
-  return body.inverse_mass == real(0) && dot3(vec3(body.w), vec3(body.w)) > real(0);
-}
-
-/// The pose after `time` at a velocity, a small rotation.
-template <class real>
-Pose<real> predicted_pose(const Pose<real>& pose, const Velocity<real>& velocity, real time) {
-  return {add3(pose.position, scale3(time, vec3(velocity.v))),
-          correct_orientation(pose.orientation, scale3(time, vec3(velocity.w)))};
-}
-
-/// Points of a body that rotates by itself go along arcs, whose chord is along the velocity in the middle of the
-/// sub-step; along that of its start what rests on a turntable is moved outwards. The velocities of such pairs are
-/// taken where the contact will be, with the velocities of the start, at the time for which that makes their mean the
-/// chord to second order: (1 - theta) u_old + theta u_new, u_new taken at h / (2 theta).
-template <class real>
-void predict_arms(const StepParams<real>& p, const ContactPoint<real>& point, u32 frame, const Pose<real>& pose_a,
-                  const Pose<real>& pose_b, const Velocity<real>& old_a, const Velocity<real>& old_b,
-                  CurrentContact<real>& current) {
-  if (!(p.theta > real(0)) || frame == NORMAL_OF_IMPACT) return;
-  const real time = real(0.5) * p.dt / p.theta;
-  const CurrentContact<real> predicted =
-      current_contact(point, frame, predicted_pose(pose_a, old_a, time), predicted_pose(pose_b, old_b, time));
-  current.arm_a = predicted.arm_a;
-  current.arm_b = predicted.arm_b;
 }
 
 /// What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0.
@@ -215,6 +188,47 @@ ContactPoint<real> contact_point_of(const PointBlock<real>& p, u32 lane) {
           {p.normal_x[lane], p.normal_y[lane], p.normal_z[lane], 0}};
 }
 
+/// The contact at the end of the sub-step, where it is foreseen.
+template <class real>
+struct Foresight {
+  bool is_there;
+  CurrentContact<real> end;
+};
+
+/// Moves the normal and the arms to where the contact acts.
+template <class real>
+Foresight<real> foresee(const Buffers<real>& buffers, const StepParams<real>& params, const ContactPoint<real>& point,
+                        u32 row, u32 lane, ForeseenSide<real> a, ForeseenSide<real> b, const PairMotions<real>& motions,
+                        CurrentContact<real>& current) {
+  const u32 frame = buffers.point_blocks[row].frame[lane];
+  if (rotates_by_itself(motions.a) || rotates_by_itself(motions.b)) {
+    predict_arms(params, point, frame, a, b, current);
+    return {false, current};
+  }
+  if (!(params.separation > 0) || frame == NORMAL_OF_IMPACT) return {false, current};
+  if (!buffers.rim_blocks.empty()) {
+    const RimBlock<real>& rims = buffers.rim_blocks[row];
+    a.axis = rotate3(a.pose.orientation, {rims.axis_a_x[lane], rims.axis_a_y[lane], rims.axis_a_z[lane]});
+    b.axis = rotate3(b.pose.orientation, {rims.axis_b_x[lane], rims.axis_b_y[lane], rims.axis_b_z[lane]});
+  }
+  const Vec3<real> normal = current.normal;
+  const CurrentContact<real> end = contact_after(point, frame, a, b, normal, params.dt, params.dt);
+  if (params.theta < real(1)) {
+    const real gap = current.gap;
+    current = contact_after(point, frame, a, b, normal, params.dt, (real(1) - params.theta) * params.dt);
+    current.gap = gap;
+  }
+  return {true, end};
+}
+
+/// The normal velocity of a contact there, by the velocities after the forces.
+template <class real>
+real foreseen_velocity(const CurrentContact<real>& c, bool central, const PairMotions<real>& motions) {
+  const Vec3<real> arm_a = central ? central_arm(motions.a, c.normal, c.arm_a) : c.arm_a;
+  const Vec3<real> arm_b = central ? central_arm(motions.b, c.normal, c.arm_b) : c.arm_b;
+  return dot3(c.normal, velocity_at(arm_a, arm_b, motions.a, motions.b));
+}
+
 /// The softness of the contact, 1/kg, and what a blow on its pair asks.
 template <class real>
 struct PreparedContact {
@@ -239,9 +253,10 @@ PreparedContact<real> prepare_contact(Buffers<real>& buffers, const StepParams<r
   }
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
-  if (rotates_by_itself(motion_a) || rotates_by_itself(motion_b))
-    predict_arms(params, point, points.frame[lane], pose_a, pose_b, old_a, old_b, current);
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
+  const Foresight<real> foreseen =
+      foresee(buffers, params, point, row, lane, {pose_a, vec3(old_a.v), vec3(old_a.w), {}},
+              {pose_b, vec3(old_b.v), vec3(old_b.w), {}}, motions, current);
   const Vec3<real> n = current.normal;
   const auto [t1, t2] = tangents(n);
   const Vec3<real> arm_a = central ? central_arm(motion_a, n, current.arm_a) : current.arm_a;
@@ -253,6 +268,7 @@ PreparedContact<real> prepare_contact(Buffers<real>& buffers, const StepParams<r
   const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
   const real u_free = dot3(n, free);
+  const real u_foreseen = foreseen.is_there ? foreseen_velocity(foreseen.end, central, motions) : u_free;
   const real friction =
       buffers.static_friction_blocks.empty()
           ? points.friction[lane]
@@ -292,6 +308,9 @@ PreparedContact<real> prepare_contact(Buffers<real>& buffers, const StepParams<r
   block.arm_b_z[lane] = arm_b.z;
   const Correction<real> correction = correction_of(params, inner_radius, points.bounding_radius[lane], w.nn, r.normal);
   NormalLaw<real> law = normal_law(params, correction, current.gap, u_old, u_free, points.restitution[lane]);
+  const bool may_bounce = points.restitution[lane] > 0 && std::fabs(u_old) > params.restitution_threshold;
+  if (foreseen.is_there && !(current.gap > 0) && !may_bounce)
+    law.bias = law.bias + (params.theta < real(1) ? real(1) : real(0.5)) * (u_foreseen - u_free);
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {
     const ImpactBlock<real>& impacts = buffers.impact_blocks[row];

@@ -33,6 +33,7 @@
 #include "cpu_reference/relax_constraints.hpp"
 #include "cpu_reference/schedule_contacts.hpp"
 #include "cpu_reference/search_tree.hpp"
+#include "cpu_reference/separate_contacts.hpp"
 #include "cpu_reference/solve_constraints.hpp"
 #include "cpu_reference/sort_cells.hpp"
 #include "cpu_reference/sort_particles.hpp"

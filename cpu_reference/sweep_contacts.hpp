@@ -32,10 +32,23 @@ ContactLaw<real> contact_law(Purpose purpose, const Buffers<real>& buffers, u32 
   return {bias, 0};
 }
 
+/// Whether springs push a point of the pair out faster than its hit_speed.
+template <class real>
+bool is_pushed_out(const Buffers<real>& buffers, u32 block, u32 lane) {
+  if (buffers.normal_couplings.empty() || buffers.softness_blocks.empty()) return false;
+  const real hit_speed = buffers.normal_couplings[block].hit_speed[lane];
+  const u32 first = buffers.block_rows[block].first, end = first + buffers.block_bodies[block].count[lane];
+  for (u32 row = first; row < end; ++row)
+    if (buffers.softness_blocks[row].softness[lane] > 0 && buffers.contact_blocks[row].bias[lane] < -hit_speed)
+      return true;
+  return false;
+}
+
 /// Solves a pair: its contacts one after another, and its normals together before and behind them. Springs share what
 /// rests on the points of a pair among them, and solved exactly they tremble: their normals are solved together from
-/// the solve on in which the pair is hit. Returns the largest of the squares of by how much the solves of single
-/// contacts changed relative velocities.
+/// the solve on in which the pair is hit. Where overlap is pushed out as fast as that, what relaxes is taken back of
+/// all points at once, before their friction: behind it, friction would not see its normals. Returns the largest of the
+/// squares of by how much the solves of single contacts changed relative velocities.
 template <class real>
 real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
@@ -48,17 +61,25 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     }
   };
   if (buffers.patch_blocks.empty()) {
+    const auto solve_normals = [&] {
+      if (buffers.normal_couplings.empty() || count < 2) return;
+      const auto law = [&](u32 row) { return contact_law(purpose, buffers, row, lane); };
+      solve_coupled_normals(buffers.normal_couplings[block], buffers.contact_blocks, buffers.impulse_blocks, first,
+                            count, bodies.kind[lane], lane, law, a, b);
+    };
     const auto solve_normals_if_hit = [&] {
       if (buffers.normal_couplings.empty() || count < 2) return;
       NormalCoupling<real>& couplings = buffers.normal_couplings[block];
       const bool has_springs = !buffers.softness_blocks.empty();
       if (has_springs && !is_pair_hit(couplings, buffers.contact_blocks, first, count, lane, a, b)) return;
       if (has_springs) couplings.hit_speed[lane] = 0;
-      const auto law = [&](u32 row) { return contact_law(purpose, buffers, row, lane); };
-      solve_coupled_normals(couplings, buffers.contact_blocks, buffers.impulse_blocks, first, count, bodies.kind[lane],
-                            lane, law, a, b);
+      solve_normals();
     };
-    solve_normals_if_hit();
+    if (purpose == Purpose::relax && count > 1 && is_pushed_out(buffers, block, lane)) {
+      solve_normals();
+    } else {
+      solve_normals_if_hit();
+    }
     for_each_row([&](u32 row, ContactLaw<real> law, const auto& contact, auto& impulses) {
       if (buffers.angular_friction_blocks.empty())
         return solve_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);

@@ -46,24 +46,26 @@ enum class Feature : std::uint64_t {
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
   angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
   static_friction = 1ull << 37,   // some stick by more than they slide with
-  elliptic_friction = 1ull << 38,  // friction of some is anisotropic; it comes with angular_friction
-  partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
-  dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
-  shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
-  articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
-  closures = 1ull << 43,           // some of them close loops
-  seams = 1ull << 44,              // some shapes that do not move against each other lie flush
-  coupled_normals = 1ull << 45,    // the normal impulses of the points of a pair are found together
-  impacts = 1ull << 47,            // how fast contacts come together is wanted; it comes with events
-  summed_impulses = 1ull << 48,    // what contacts and joints gave in all sub-steps of a step is wanted
-  joint_angles = 1ull << 49,       // some joints count the revolutions of their angles
-  joint_impedances = 1ull << 50,   // some have armature, or a spring beside limits
-  couplings = 1ull << 51,          // free coordinates of some are tied to each other
+  elliptic_friction = 1ull << 38,   // friction of some is anisotropic; it comes with angular_friction
+  partitions = 1ull << 39,          // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
+  dense = 1ull << 40,               // contacts are solved in the order of their list, by the dense Delassus matrix
+  shape_trees = 1ull << 41,         // some bodies that nothing pushes have so many shapes that they keep a tree of them
+  articulations = 1ull << 42,       // joints of trees of bodies are solved all at once
+  closures = 1ull << 43,            // some of them close loops
+  seams = 1ull << 44,               // some shapes that do not move against each other lie flush
+  coupled_normals = 1ull << 45,     // the normal impulses of the points of a pair are found together
+  separated_contacts = 1ull << 46,  // overlap is taken back by the poses of bodies, and contacts foresee the sub-step
+  impacts = 1ull << 47,             // how fast contacts come together is wanted; it comes with events
+  summed_impulses = 1ull << 48,     // what contacts and joints gave in all sub-steps of a step is wanted
+  joint_angles = 1ull << 49,        // some joints count the revolutions of their angles
+  joint_impedances = 1ull << 50,    // some have armature, or a spring beside limits
+  couplings = 1ull << 51,           // free coordinates of some are tied to each other
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,
   // what needs both
   angular_friction_sleepers = angular_friction | sleeping,
+  foreseen_rims = separated_contacts | cylinders,
   summed_contacts = summed_impulses | contacts,
   summed_joints = summed_impulses | joints,
 };

@@ -17,6 +17,10 @@ namespace lockstep {
 
 namespace {
 
+// How many times the sweeps of later steps the first step of a run gets: later ones start from the impulses of the step
+// before, the first from none.
+constexpr u32 cold_start_sweeps = 10;
+
 // A list that was too short gets a quarter more than it needed, in whole blocks.
 u32 roomier(u32 capacity, u32 needed) {
   const std::uint64_t least = std::max(std::uint64_t{needed}, std::uint64_t{capacity} + 1);
@@ -196,7 +200,9 @@ void Simulation<real>::make_step() {
     return;
   }
   for (;;) {
-    lockstep::step(*backend_, params_);
+    StepParams<real> params = params_;
+    if (steps_done_ == 0) params.iterations *= cold_start_sweeps;
+    lockstep::step(*backend_, params);
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough

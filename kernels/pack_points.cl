@@ -66,6 +66,24 @@ static inline Vec3 pack_along(const Shape shape) {
 }
 #endif
 
+#if FEATURE_SEPARATED_CONTACTS && FEATURE_CYLINDERS
+// The axis of a cylinder in the frame of its body, 0 of another shape.
+static inline Vec3 pack_rim_axis(u32 kind, global const Shape* shape) {
+  const Quat q = make4(shape->rotation[0], shape->rotation[1], shape->rotation[2], shape->rotation[3]);
+  const Vec3 axis = rotate3(q, make3((real)0, (real)0, (real)1)), none = make3((real)0, (real)0, (real)0);
+  return kind == SHAPE_CYLINDER ? axis : none;
+}
+
+static inline void pack_rims(u32 lane, Vec3 axis_a, Vec3 axis_b, global RimBlock* block) {
+  block->axis_a_x[lane] = axis_a.x;
+  block->axis_a_y[lane] = axis_a.y;
+  block->axis_a_z[lane] = axis_a.z;
+  block->axis_b_x[lane] = axis_b.x;
+  block->axis_b_y[lane] = axis_b.y;
+  block->axis_b_z[lane] = axis_b.z;
+}
+#endif
+
 kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
                         global const MaterialPair* material_pairs, global const ImpactPair* impact_pairs,
                         global const AngularFrictionPair* angular_friction_pairs,
@@ -74,7 +92,7 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
                         global const Contact* contacts, global const ContactPoint* contact_points,
                         global const ContactImpulse* start_impulses, global const Vec4* start_moments,
                         global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                        global PointBlock* point_blocks, global StartBlock* start_blocks,
+                        global PointBlock* point_blocks, global RimBlock* rim_blocks, global StartBlock* start_blocks,
                         global ImpactBlock* impact_blocks, global AngularFrictionPointBlock* angular_friction_points,
                         global StaticFrictionBlock* static_friction_blocks, global AnisotropyBlock* anisotropy_blocks,
                         global const u32* counters) {
@@ -103,6 +121,11 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
       pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, inner_radius,
                  bounding_radius, start_impulses[first + k], point_blocks + rows.first + k,
                  start_blocks + rows.first + k);
+#if FEATURE_SEPARATED_CONTACTS && FEATURE_CYLINDERS
+      pack_rims(lane, pack_rim_axis(shape_infos[contact.shape_a].kind, shapes + contact.shape_a),
+                pack_rim_axis(shape_infos[contact.shape_b].kind, shapes + contact.shape_b),
+                rim_blocks + rows.first + k);
+#endif
 #if FEATURE_ANGULAR_FRICTION
       pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
                             angular_friction_points + rows.first + k);
@@ -131,6 +154,10 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
     for (u32 k = count; k < rows.count; ++k) {
       pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, (real)0, no_impulse,
                  point_blocks + rows.first + k, start_blocks + rows.first + k);
+#if FEATURE_SEPARATED_CONTACTS && FEATURE_CYLINDERS
+      const Vec3 no_axis = make3((real)0, (real)0, (real)0);
+      pack_rims(lane, no_axis, no_axis, rim_blocks + rows.first + k);
+#endif
 #if FEATURE_ANGULAR_FRICTION
       const AngularFrictionPair free = {(real)0, (real)0};
       const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};

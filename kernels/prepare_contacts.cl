@@ -4,21 +4,21 @@
 #include "body_copies.h"
 #include "common.h"
 #include "cone.h"
+#include "foresee_contact.h"
 #include "impact.h"
-#include "lane_quads.h"
+#include "lane_current_contact.h"
+#include "lane_tolerances.h"
 #include "measure.h"
 #include "prepare_angular_friction.h"
 #include "prepare_blow.h"
 #include "prepare_patch.h"
 #include "solve_contact.h"
 #include "solve_normals.h"
-#include "tolerance_shares.h"
 #include "types.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
 typedef struct PrepareBody {
-  Lane3 position;
-  LaneQuat orientation;
+  LanePose pose;
   LaneBody motion;
   Lane3 old_v, old_w;
 } PrepareBody;
@@ -30,93 +30,10 @@ static inline void prepare_load(global const u32* bodies, u32 body_count, global
   u32 indices[LANES];
   for (u32 k = 0u; k < LANES; ++k) indices[k] = min(bodies[k], body_count - 1u);
   const LaneLines old = lane_gather_lines((global const Real8*)previous_velocities, 1u, indices);
-  body->position = lane_xyz(lane_gather_quad((global const real*)positions, 4u, indices));
-  body->orientation = lane_quat(lane_gather_quad((global const real*)orientations, 4u, indices));
+  body->pose = lane_load_poses(bodies, body_count, positions, orientations);
   body->motion = lane_load_bodies(motions, bodies);
   body->old_v = lane_make3(old.c0, old.c1, old.c2);
   body->old_w = lane_make3(old.c4, old.c5, old.c6);
-}
-
-// The contacts of a row at the current poses.
-typedef struct LaneCurrentContact {
-  Lane3 normal;
-  lane gap;
-  Lane3 arm_a, arm_b;
-} LaneCurrentContact;
-
-static inline void lane_current_contact(u32 first, global const PointBlock* points, const PrepareBody* a,
-                                        const PrepareBody* b, LaneCurrentContact* current) {
-  const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
-  const lane_mask of_a = LANE_MASK(frame == (lane_u32)NORMAL_OF_A), of_b = LANE_MASK(frame == (lane_u32)NORMAL_OF_B);
-  const lane_mask is_between = LANE_MASK(frame == (lane_u32)NORMAL_BETWEEN);
-  const lane radius_a = LANE_LOAD(points->radius_a + first), radius_b = LANE_LOAD(points->radius_b + first);
-  const Lane3 anchor_a =
-      lane_rotate3(a->orientation,
-                   lane_load_xyz(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
-  const Lane3 anchor_b =
-      lane_rotate3(b->orientation,
-                   lane_load_xyz(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
-  const Lane3 offset_ab = lane_sub3(a->position, b->position);
-  const Lane3 d = lane_sub3(lane_add3(offset_ab, anchor_a), anchor_b);
-  const lane distance = lane_length3(d);
-
-  const Lane3 kept = LANE_NORMAL(points, first);
-  LaneQuat orientation;
-  orientation.x = of_a ? a->orientation.x : b->orientation.x;
-  orientation.y = of_a ? a->orientation.y : b->orientation.y;
-  orientation.z = of_a ? a->orientation.z : b->orientation.z;
-  orientation.w = of_a ? a->orientation.w : b->orientation.w;
-  current->normal = lane_select3(of_a | of_b, lane_rotate3(orientation, kept), kept);
-  if (LANE_ANY(is_between)) {
-    current->normal = lane_select3(is_between & (distance > (lane)0),
-                                   lane_make3(d.x / distance, d.y / distance, d.z / distance), current->normal);
-  }
-  current->gap = (is_between ? distance : lane_dot3(current->normal, d)) - radius_a - radius_b;
-
-  const lane_mask fixed_on_b = LANE_MASK(frame == (lane_u32)NORMAL_FIXED_ON_B), on_b = of_a | fixed_on_b;
-  const lane depth_a = of_b ? radius_a : radius_a + (lane)0.5 * current->gap;
-  const lane depth_b = fixed_on_b ? radius_b + (lane)0.5 * current->gap : radius_b;
-  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(depth_b, current->normal));
-  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth_a, current->normal));
-  current->arm_a = lane_select3(on_b, lane_sub3(end_b, offset_ab), end_a);
-  current->arm_b = lane_select3(on_b, end_b, lane_add3(end_a, offset_ab));
-#if FEATURE_CONTINUOUS || FEATURE_BOXES
-  const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
-  current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);
-  current->arm_b = lane_select3(of_impact, end_b, current->arm_b);
-#endif
-}
-
-// Where the body of a lane cannot be pushed and rotates.
-static inline lane_mask prepare_rotates_by_itself(const LaneBody* body) {
-  return (body->inverse_mass == (lane)0) & (lane_dot3(body->w, body->w) > (lane)0);
-}
-
-static inline PrepareBody prepare_predicted(const PrepareBody* body, lane time) {
-  const Lane3 z = lane_scale3((lane)0.5, lane_scale3(time, body->old_w));
-  const LaneQuat half_rotation = {z.x, z.y, z.z, (lane)1};
-  const LaneQuat q = lane_multiply4(half_rotation, body->orientation);
-  const lane s = (lane)1 / sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  PrepareBody predicted = *body;
-  predicted.position = lane_add3(body->position, lane_scale3(time, body->old_v));
-  predicted.orientation.x = s * q.x;
-  predicted.orientation.y = s * q.y;
-  predicted.orientation.z = s * q.z;
-  predicted.orientation.w = s * q.w;
-  return predicted;
-}
-
-static inline void prepare_predicted_arms(const StepParams* p, u32 first, global const PointBlock* points,
-                                          const PrepareBody* a, const PrepareBody* b, LaneCurrentContact* current) {
-  const lane_mask carried = (prepare_rotates_by_itself(&a->motion) | prepare_rotates_by_itself(&b->motion)) &
-                            LANE_MASK(LANE_LOAD_U32(points->frame + first) != (lane_u32)NORMAL_OF_IMPACT);
-  if (!(p->theta > (real)0) || !LANE_ANY(carried)) return;
-  const lane time = (lane)((real)0.5 * p->dt / p->theta);
-  const PrepareBody predicted_a = prepare_predicted(a, time), predicted_b = prepare_predicted(b, time);
-  LaneCurrentContact predicted;
-  lane_current_contact(first, points, &predicted_a, &predicted_b, &predicted);
-  current->arm_a = lane_select3(carried, predicted.arm_a, current->arm_a);
-  current->arm_b = lane_select3(carried, predicted.arm_b, current->arm_b);
 }
 
 // What of an overlap is taken back: what is beyond the slop, at a speed up to the limit.
@@ -124,19 +41,11 @@ typedef struct LaneCorrection {
   lane slop, limit;
 } LaneCorrection;
 
-// As slop_radius.
-static inline lane lane_slop_radius(lane inner_radius, lane bounding_radius) {
-  const lane beyond = (lane)(real)SLOP_OF_WIDTH * (bounding_radius - (lane)(real)THIN_ASPECT * inner_radius);
-  const lane most = (lane)(real)SLOP_OF_THIN * inner_radius, thin = beyond < most ? beyond : most;
-  return thin > inner_radius ? thin : inner_radius;
-}
-
 static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane bounding_radius, lane w_nn,
                                                 lane load) {
   LaneCorrection correction;
-  correction.slop = (lane)p->slop + (lane)p->slop_share * lane_slop_radius(inner_radius, bounding_radius);
-  correction.limit =
-      ((lane)p->correction_limit + (lane)p->correction_limit_share * bounding_radius) + (lane)p->softness * w_nn * load;
+  correction.slop = lane_pair_slop(p, inner_radius, bounding_radius);
+  correction.limit = lane_pair_correction_limit(p, bounding_radius) + (lane)p->softness * w_nn * load;
   return correction;
 }
 
@@ -275,6 +184,55 @@ static inline void note_overlap(lane_mask there, lane gap, lane inner_radius, La
   overlap->ratio = ratio > overlap->ratio ? ratio : overlap->ratio;
 }
 
+// What rotates by itself carries its contacts.
+static inline lane_mask prepare_carried(const PrepareBody* a, const PrepareBody* b) {
+  return lane_rotates_by_itself(&a->motion) | lane_rotates_by_itself(&b->motion);
+}
+
+static inline LaneForeseenSide prepare_side(const PrepareBody* body) {
+  const LaneForeseenSide side = {body->pose, body->old_v, body->old_w, lane_make3((lane)0, (lane)0, (lane)0)};
+  return side;
+}
+
+#if FEATURE_SEPARATED_CONTACTS
+// The contacts at the end of the sub-step, where they are foreseen.
+typedef struct PrepareForesight {
+  lane_mask is_there;
+  LaneCurrentContact end;
+} PrepareForesight;
+
+// Moves normals and arms to where the contacts act.
+static inline PrepareForesight prepare_foresight(const StepParams* p, u32 first, lane_mask there,
+                                                 global const PointBlock* points, global const RimBlock* rims,
+                                                 LaneForeseenSide a, LaneForeseenSide b, LaneCurrentContact* current) {
+  PrepareForesight foreseen;
+  foreseen.is_there = there & LANE_MASK(LANE_LOAD_U32(points->frame + first) != (lane_u32)NORMAL_OF_IMPACT);
+  if (p->theta == (real)1) foreseen.is_there = foreseen.is_there & !(current->gap > (lane)0);  // they have no other use
+  if (!LANE_ANY(foreseen.is_there)) return foreseen;
+#if FEATURE_CYLINDERS
+  lane_set_rim_axes(first, rims, &a, &b);
+#endif
+  const Lane3 normal = current->normal;
+  lane_contact_after(first, points, &a, &b, normal, (lane)p->dt, (lane)p->dt, &foreseen.end);
+  if (p->theta < (real)1) {
+    LaneCurrentContact middle;
+    lane_contact_after(first, points, &a, &b, normal, (lane)p->dt, (lane)(((real)1 - p->theta) * p->dt), &middle);
+    current->normal = lane_select3(foreseen.is_there, middle.normal, current->normal);
+    current->arm_a = lane_select3(foreseen.is_there, middle.arm_a, current->arm_a);
+    current->arm_b = lane_select3(foreseen.is_there, middle.arm_b, current->arm_b);
+  }
+  return foreseen;
+}
+
+// Their normal velocities there, by the velocities after the forces.
+static inline lane prepare_foreseen_velocity(lane_mask general, const LaneCurrentContact* c, const LaneBody* a,
+                                             const LaneBody* b) {
+  const Lane3 arm_a = prepare_central_arm(general, a->inverse_mass, c->normal, c->arm_a);
+  const Lane3 arm_b = prepare_central_arm(general, b->inverse_mass, c->normal, c->arm_b);
+  return lane_dot3(c->normal, lane_velocity_at(arm_a, arm_b, a, b));
+}
+#endif
+
 // What prepare_row tells of a row to a blow on its pairs (prepare_blow.h), where the scene has such.
 #if FEATURE_COUPLED_NORMALS
 typedef LaneBlowPoint PrepareBlow;
@@ -285,7 +243,8 @@ typedef u32 PrepareBlow;
 // The laws of a row of contacts, in the lanes where there are any.
 static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
-                               global const StartBlock* starts, global const ImpactBlock* impacts,
+                               global const RimBlock* rims, global const StartBlock* starts,
+                               global const ImpactBlock* impacts,
                                global const AngularFrictionPointBlock* angular_friction_points,
                                global const StaticFrictionBlock* static_friction,
                                global const AnisotropyBlock* anisotropy, global ContactBlock* block,
@@ -294,8 +253,14 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
                                global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses,
                                LaneOverlap* overlap, PrepareBlow* blow) {
   LaneCurrentContact current;
-  lane_current_contact(first, points, a, b, &current);
-  prepare_predicted_arms(params, first, points, a, b, &current);
+  lane_current_contact(first, points, &a->pose, &b->pose, &current);
+  const lane_mask carried = prepare_carried(a, b);
+  const LaneForeseenSide side_a = prepare_side(a), side_b = prepare_side(b);
+  lane_predict_arms(params, first, points, carried, &side_a, &side_b, &current);
+#if FEATURE_SEPARATED_CONTACTS
+  const PrepareForesight foreseen =
+      prepare_foresight(params, first, there & !carried, points, rims, side_a, side_b, &current);
+#endif
   const lane inner_radius = LANE_LOAD(points->inner_radius + first);
   note_overlap(there, current.gap, inner_radius, overlap);
   const Lane3 n = current.normal;
@@ -306,7 +271,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   const lane restitution = LANE_LOAD(points->restitution + first);
   lane friction = LANE_LOAD(points->friction + first);
   lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
-#if FEATURE_IMPACT_LAWS || FEATURE_STATIC_FRICTION
+#if FEATURE_IMPACT_LAWS || FEATURE_STATIC_FRICTION || FEATURE_SEPARATED_CONTACTS
   const bool counts = true;
 #else
   const bool counts = params->theta < (real)1 || LANE_ANY(restitution > (lane)0);
@@ -331,7 +296,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1, (lane)0};
 #if FEATURE_ELLIPTIC_FRICTION
-  ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, anisotropy, ellipses);
+  ellipse = prepare_ellipse(first, there, contact, a->pose.orientation, b->pose.orientation, anisotropy, ellipses);
 #endif
   const LaneTorsion start =
       prepare_angular_friction(first, there, general, contact, &a->motion, &b->motion, w.nn, r, moment, friction,
@@ -344,6 +309,15 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
       prepare_correction(params, inner_radius, LANE_LOAD(points->bounding_radius + first), w.nn, r.normal);
   lane softness;
   lane bias = prepare_bias(params, correction, current.gap, u_old, u_free, restitution, &softness);
+#if FEATURE_SEPARATED_CONTACTS
+  const lane_mask may_bounce = (restitution > (lane)0) & (fabs(u_old) > (lane)params->restitution_threshold);
+  const lane_mask biased = foreseen.is_there & !(current.gap > (lane)0) & !may_bounce;
+  if (LANE_ANY(biased)) {
+    const lane u_foreseen = prepare_foreseen_velocity(general, &foreseen.end, &a->motion, &b->motion);
+    const lane share = (lane)(params->theta < (real)1 ? (real)1 : (real)0.5);
+    bias = biased ? bias + share * (u_foreseen - u_free) : bias;
+  }
+#endif
 #if FEATURE_COUPLED_NORMALS
   blow->restitution = restitution;
   blow->is_hit = (lane)0 > (lane)0;
@@ -397,7 +371,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
 kernel void prepare_contacts(
     const StepParams params, global const Vec4* positions, global const Vec4* orientations,
     global const Motion* motions, global const Velocity* previous_velocities, global const PointBlock* point_blocks,
-    global const StartBlock* start_blocks, global const ImpactBlock* impact_blocks,
+    global const RimBlock* rim_blocks, global const StartBlock* start_blocks, global const ImpactBlock* impact_blocks,
     global const AngularFrictionPointBlock* angular_friction_points,
     global const StaticFrictionBlock* static_friction_blocks, global const AnisotropyBlock* anisotropy_blocks,
     global const BlockBodies* block_bodies, global const BlockRows* block_rows,
@@ -424,11 +398,11 @@ kernel void prepare_contacts(
     PrepareBlow blows[MANIFOLD_POINTS];
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
-      prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  angular_friction_points + row, static_friction_blocks + row, anisotropy_blocks + row,
-                  contact_blocks + row, softness_blocks + row, slide_blocks + row, angular_friction_blocks + row,
-                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row, &overlap,
-                  &blows[row - rows.first]);
+      prepare_row(&params, first, there, general, &a, &b, point_blocks + row, rim_blocks + row, start_blocks + row,
+                  impact_blocks + row, angular_friction_points + row, static_friction_blocks + row,
+                  anisotropy_blocks + row, contact_blocks + row, softness_blocks + row, slide_blocks + row,
+                  angular_friction_blocks + row, impulse_blocks + row, angular_friction_impulses + row,
+                  ellipse_blocks + row, &overlap, &blows[row - rows.first]);
     }
     if (params.substep == 0u) {
       raise_maximum(counters, COUNTER_MAX_OVERLAP, lane_largest(overlap.depth));

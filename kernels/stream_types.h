@@ -27,6 +27,12 @@ RECORD(PointBlock) {
   u32 frame[PACK];  // NormalFrame
 };
 
+// The axes of the cylinders of a row, unit, in the frames of their bodies; 0 of other shapes (feature foreseen_rims).
+RECORD(RimBlock) {
+  real axis_a_x[PACK], axis_a_y[PACK], axis_a_z[PACK];
+  real axis_b_x[PACK], axis_b_y[PACK], axis_b_z[PACK];
+};
+
 // The laws of impact of a row of contacts (feature impact_laws), and the velocity that the law adds to the tangential
 // ones of a sub-step, m/s: an impact that ends in a slide to elsewhere ends at -bias.
 RECORD(ImpactBlock) {

@@ -47,26 +47,41 @@ static inline void solve_row(const u32 purpose, u32 first, u32 row, lane_mask ge
 }
 
 #if FEATURE_COUPLED_NORMALS
-// Of hard contacts, all are.
-static inline lane_mask hit_pairs(u32 first, u32 block, const ContactStream* s, const LaneBody* a, const LaneBody* b) {
+// Those that are hit, from now on: of hard contacts all, of springs those with a point that closes fast.
+static inline lane_mask hit_pairs(u32 first, u32 block, lane_mask several, const ContactStream* s, const LaneBody* a,
+                                  const LaneBody* b) {
 #if FEATURE_SOFT_CONTACTS
   const BlockRows rows = s->rows[block];
-  return rows.count > 1u ? lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b)
-                         : (lane_mask)0;
+  if (rows.count < 2u) return (lane)0 > (lane)0;
+  const lane_mask pairs =
+      several & lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b);
+  global real* const hit_speed = s->couplings[block].hit_speed + first;
+  if (LANE_ANY(pairs)) LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
+  return pairs;
 #else
-  return (lane_mask)(-1);
+  return several;
 #endif
 }
 
-// The normals of `pairs`, where there are any: those that are hit, from now on.
+// Those of which springs push a point out faster than its hit_speed.
+static inline lane_mask pushed_out_pairs(u32 first, u32 block, lane_mask several, const ContactStream* s) {
+  lane_mask pushed_out = (lane)0 > (lane)0;
+#if FEATURE_SOFT_CONTACTS
+  const BlockRows rows = s->rows[block];
+  const lane hit_speed = LANE_LOAD(s->couplings[block].hit_speed + first);
+  for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
+    pushed_out = pushed_out | ((LANE_LOAD(s->softness[row].softness + first) > (lane)0) &
+                               (LANE_LOAD(s->contacts[row].bias + first) < -hit_speed));
+  }
+#endif
+  return several & pushed_out;
+}
+
+// The normals of `pairs`, where there are any.
 static inline void solve_pair_normals(const u32 purpose, u32 first, u32 block, lane_mask pairs, lane_mask general,
                                       const ContactStream* s, LaneBody* a, LaneBody* b) {
   if (!LANE_ANY(pairs)) return;
   const BlockRows rows = s->rows[block];
-#if FEATURE_SOFT_CONTACTS
-  global real* const hit_speed = s->couplings[block].hit_speed + first;
-  LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
-#endif
   solve_coupled_normals(purpose, first, rows.count, pairs, general, s->couplings + block, s->contacts + rows.first,
                         s->softness + rows.first, s->impulses + rows.first, a, b);
 }
@@ -84,7 +99,10 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
 #endif
 #if FEATURE_COUPLED_NORMALS
   const lane_mask several = LANE_MASK(count > (lane_u32)1);
-  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
+  const lane_mask pushed_out =
+      purpose == PURPOSE_RELAX ? pushed_out_pairs(first, block, several, s) : several & !several;
+  solve_pair_normals(purpose, first, block, pushed_out | hit_pairs(first, block, several & !pushed_out, s, a, b),
+                     general, s, a, b);
 #endif
   solve_row(purpose, first, rows.first, general, s, a, b, change);
 #if FEATURE_MANIFOLDS
@@ -97,7 +115,7 @@ static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const Co
   }
 #endif
 #if FEATURE_COUPLED_NORMALS
-  solve_pair_normals(purpose, first, block, several & hit_pairs(first, block, s, a, b), general, s, a, b);
+  solve_pair_normals(purpose, first, block, hit_pairs(first, block, several, s, a, b), general, s, a, b);
 #endif
 }
 

@@ -229,7 +229,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.dt = scene.settings.dt;
   report.substeps = substeps_of(scene.settings);
   report.iterations = iterations_of(scene.settings);
-  report.shape_tolerances = shape_tolerances(scene.settings);
+  report.shape_tolerances = shape_tolerances(scene.settings, state.features);
   report.tolerance = tolerance_of(scene.settings);
 
   if (scene.particles) describe_particles(scene, state, report);

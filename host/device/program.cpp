@@ -46,6 +46,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joint_springs, "JOINT_SPRINGS"},
     {Feature::joints_ahead, "JOINTS_AHEAD"},
     {Feature::closed_joints, "CLOSED_JOINTS"},
+    {Feature::separated_contacts, "SEPARATED_CONTACTS"},
     {Feature::screws, "SCREWS"},
     {Feature::joint_angles, "JOINT_ANGLES"},
     {Feature::joint_impedances, "JOINT_IMPEDANCES"},

@@ -71,6 +71,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::partitions, Feature::contacts},
     {Feature::articulations, Feature::joints},
     {Feature::closures, Feature::articulations},
+    {Feature::separated_contacts, Feature::contacts},
     {Feature::coupled_normals, Feature::manifolds},
     {Feature::coupled_normals, Feature::general_contacts},
     {Feature::dense, Feature::contacts},
@@ -100,7 +101,9 @@ void expect_features(const InitialState<real>& state) {
   const bool ahead = has(features, Feature::joints) && state.params.theta != real(1);
   const bool moves = has(features, Feature::time_stepping) && !has(features, Feature::particles);
   bool fit = (moves || !has(features, Feature::sleeping)) && ahead == has(features, Feature::joints_ahead) &&
-             has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
+             has(features, Feature::separated_contacts) == (state.params.separation > 0) &&
+             (has(features, Feature::closed_joints) || has(features, Feature::separated_contacts)) ==
+                 (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
   const bool angular_friction = has(features, Feature::angular_friction), patches = has(features, Feature::patches);
@@ -111,6 +114,9 @@ void expect_features(const InitialState<real>& state) {
   if (has(features, Feature::articulations))  // of hard joints, in sweeps of Gauss-Seidel
     fit = fit && !jacobi && !has(features, Feature::soft_joints) && !has(features, Feature::gradient) &&
           !has(features, Feature::dense);
+  if (has(features, Feature::separated_contacts))  // of hard contacts on whole bodies, in colours
+    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !has(features, Feature::partitions) &&
+          !has(features, Feature::pivots);
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
   fit = fit && !(patches && (angular_friction || has(features, Feature::static_friction)));
   if (has(features, Feature::partitions))

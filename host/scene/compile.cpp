@@ -16,6 +16,7 @@
 #include "host/scene/compile_seams.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
+#include "host/scene/contact_features.hpp"
 #include "host/scene/expect_fits.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/hull.hpp"
@@ -433,9 +434,8 @@ void Compiler<real>::set_features() {
                   "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (has(features, Feature::manifolds) && has(features, Feature::general_contacts) && settings.coupled_normals &&
-      !(tolerance_of(settings) > 0))
-    features = with(features, Feature::coupled_normals);
+  if (couples_normals(settings, features)) features = with(features, Feature::coupled_normals);
+  if (separates_contacts(settings, features)) features = with(features, Feature::separated_contacts);
   if (constrained && tolerance_of(settings) > 0) {
     if (worlds_.size() > 1 && !has(features, Feature::gradient))
       throw Error(Failure::input, worlds_[0].source + ": /settings/tolerance",

@@ -187,7 +187,8 @@ class Assembly {
   // Of joints that do not move, as those of links without mass, the coordinate is 0.
   void add_coupling(const std::string& name, CouplingDescription coupling) {
     coupling.name = use_.name + "/" + name;
-    std::erase_if(coupling.joints, [&](const CoupledCoordinate& coupled) { return places_[coupled.joint].joint == NONE; });
+    std::erase_if(coupling.joints,
+                  [&](const CoupledCoordinate& coupled) { return places_[coupled.joint].joint == NONE; });
     for (CoupledCoordinate& coupled : coupling.joints) coupled.joint = places_[coupled.joint].joint;
     if (!coupling.joints.empty()) components_.couplings.push_back(std::move(coupling));
   }

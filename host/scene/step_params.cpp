@@ -60,11 +60,14 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   }
   p.gyroscopic = has(features, Feature::gyroscopic);
   const Correction correction = correction_of(settings);
-  p.correction = rounded<real>(correction.share, "correction", origin);
+  const bool separated = has(features, Feature::separated_contacts);
+  const real share = rounded<real>(correction.share, "correction", origin);
+  p.correction = separated ? real(0) : share;
+  p.separation = separated ? share : real(0);
   p.softness = rounded<real>(correction.softness, "contact_frequency, contact_damping: the softness", origin);
   real* const given[] = {&p.slop, &p.margin, &p.correction_limit};
   real* const shares[] = {&p.slop_share, &p.margin_share, &p.correction_limit_share};
-  for (std::size_t i = 0; const ShapeTolerance& tolerance : shape_tolerances(settings)) {
+  for (std::size_t i = 0; const ShapeTolerance& tolerance : shape_tolerances(settings, features)) {
     *given[i] = rounded<real>(tolerance.given.value_or(0), tolerance.name, origin);
     *shares[i++] = tolerance.given ? real(0) : real(tolerance.share);
   }
@@ -73,7 +76,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
 #define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) p.name = count_of(settings.name);
 #include "kernels/step_settings.def"
   if (*settings.tolerance > 0) p.tolerance = rounded_positive<real>(*settings.tolerance, "tolerance", origin);
-  if (!has(features, Feature::closed_joints)) p.position_sweeps = 0;
+  if (!has(features, Feature::closed_joints) && !separated) p.position_sweeps = 0;
   set_sizes(p, sizes);
   return p;
 }

@@ -4,12 +4,9 @@
 
 #include "rigid_body.h"
 
-// Bodies that cannot move are never written.
-static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment, global Vec4* positions,
-                            global Vec4* orientations, global u32* counters) {
-  if (!(motion.inverse_mass > (real)0)) return;
-  x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = correct_orientation(q, apply_inverse_inertia(motion, moment));
+// Writes the pose of a body that can move.
+static inline void store_displaced(u32 body, Vec3 x, Quat q, global Vec4* positions, global Vec4* orientations,
+                                   global u32* counters) {
   if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, body);
   Vec4 position = positions[body];
   position.x = x.x;
@@ -17,6 +14,15 @@ static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impuls
   position.z = x.z;
   positions[body] = position;
   orientations[body] = make_vec4(q);
+}
+
+// Bodies that cannot move are never written.
+static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment, global Vec4* positions,
+                            global Vec4* orientations, global u32* counters) {
+  if (!(motion.inverse_mass > (real)0)) return;
+  x = add3(x, scale3(motion.inverse_mass, impulse));
+  q = correct_orientation(q, apply_inverse_inertia(motion, moment));
+  store_displaced(body, x, q, positions, orientations, counters);
 }
 
 #endif

@@ -349,6 +349,14 @@ void launch_close_joints(Launcher& launcher) {
   }
 }
 
+void launch_separate_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 sweeps = plan.counts.position_sweeps;
+  if (is_fused(plan)) return launcher.run_group("separate_tail", {{"first_phase", 0u}, {"sweeps", sweeps}});
+  for (u32 i = 0; i < sweeps; ++i)
+    sweep(launcher, "separate_color", "separate_tail", {{"first_phase", plan.colors}, {"sweeps", 1u}});
+}
+
 void launch_sum_impulses(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (has(plan.features, Feature::contacts)) launcher.run("sum_contact_impulses", plan.blocks * (PACK / plan.lanes));

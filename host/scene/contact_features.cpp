@@ -1,0 +1,19 @@
+#include "host/scene/contact_features.hpp"
+
+#include <string_view>
+
+namespace lockstep {
+
+bool couples_normals(const Settings& settings, Features features) {
+  return has(features, Feature::manifolds) && has(features, Feature::general_contacts) && settings.coupled_normals &&
+         !(tolerance_of(settings) > 0);
+}
+
+bool separates_contacts(const Settings& settings, Features features) {
+  const bool reduced = std::string_view(name_of(settings.solver)).starts_with("reduced_");
+  return has(features, Feature::contacts) && !has(features, Feature::jacobi) && !has(features, Feature::partitions) &&
+         !has(features, Feature::pivots) && settings.solver != Solver::small_steps && !reduced &&
+         settings.stabilization == Stabilization::positions && settings.correction > 0;
+}
+
+}  // namespace lockstep
