@@ -26,7 +26,7 @@ py::list list_of(const Records& records) {
 }
 
 /// JSON of a dict, whose arrays may be NumPy's; text stays as it is.
-std::string json_text(const py::object& scene);
+std::string json_text(const py::object& scene, const std::string& source);
 
 /// Handles, and the records that questions are answered with.
 void add_records(py::module_& module);

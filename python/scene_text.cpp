@@ -11,7 +11,7 @@ std::string not_finite(const py::handle& value, const std::string& place) {
   std::string found;
   if (py::isinstance<py::float_>(value)) {
     if (!std::isfinite(value.cast<double>()))
-      return (place.empty() ? "/" : place) + " must be finite, is " + py::repr(value).cast<std::string>();
+      return (place.empty() ? "/" : place) + ": must be finite, is " + py::repr(value).cast<std::string>();
   } else if (py::isinstance<py::dict>(value)) {
     for (const auto& [key, inner] : py::reinterpret_borrow<py::dict>(value))
       if (found.empty()) found = not_finite(inner, place + "/" + py::str(key).cast<std::string>());
@@ -27,7 +27,7 @@ std::string not_finite(const py::handle& value, const std::string& place) {
 
 }  // namespace
 
-std::string json_text(const py::object& scene) {
+std::string json_text(const py::object& scene, const std::string& source) {
   if (py::isinstance<py::str>(scene)) return scene.cast<std::string>();
   // arrays and numbers of NumPy
   const py::cpp_function as_list([](const py::object& value) -> py::object {
@@ -41,7 +41,7 @@ std::string json_text(const py::object& scene) {
   for (const char* word : {"NaN", "Infinity"})
     if (text.find(word) != std::string::npos)
       if (const std::string refusal = not_finite(json.attr("loads")(dumped), ""); !refusal.empty())
-        throw Error(Failure::input, "", refusal);
+        throw Error(Failure::input, source, refusal);
   return text;
 }
 

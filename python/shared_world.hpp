@@ -58,20 +58,21 @@ class SharedWorld {
     }
   }
 
-  BodyHandle add_body(const std::string& text) { return use().add(described(text)); }
+  BodyHandle add_body(const py::object& body) { return use().add(described(body, "body")); }
 
   /// One whose name is left out keeps it.
-  void change_body(BodyHandle body, const std::string& text) {
+  void change_body(BodyHandle body, const py::object& change) {
     World& world = use();
-    BodyDescription description = described(text);
-    if (description.name.empty()) description.name = world.description(body).name;
+    const std::string name = world.description(body).name;
+    BodyDescription description = described(change, called("body", name));
+    if (description.name.empty()) description.name = name;
     world.change(body, description);
   }
-  void change_joint(JointHandle joint, const std::string& text) {
+  void change_joint(JointHandle joint, const py::object& change) {
     World& world = use();
     const JointDescription& before = world.description(joint);
-    JointDescription description =
-        parse_joint_change(text, before.name.empty() ? "joint" : "joint \"" + before.name + '"', before);
+    const std::string where = called("joint", before.name);
+    JointDescription description = parse_joint_change(json_text(change, where), where, before);
     if (description.name.empty()) description.name = before.name;
     world.change(joint, description);
   }
@@ -86,7 +87,7 @@ class SharedWorld {
   void warm_up(bool forces, bool questions, const py::list& bodies) {
     Expected expected = {forces, questions, {}};
     for (const py::handle& body : bodies)
-      expected.bodies.push_back(described(json_text(py::reinterpret_borrow<py::object>(body))));
+      expected.bodies.push_back(described(py::reinterpret_borrow<py::object>(body), "body"));
     World& world = use();
     const Stepping stepping(stepping_);
     const py::gil_scoped_release released;
@@ -94,8 +95,12 @@ class SharedWorld {
   }
 
  private:
-  BodyDescription described(const std::string& text) {
-    BodyDescription body = parse_body(text, "body", words_);
+  static std::string called(const char* what, const std::string& name) {
+    return name.empty() ? what : std::string(what) + " \"" + name + '"';
+  }
+
+  BodyDescription described(const py::object& description, const std::string& where) {
+    BodyDescription body = parse_body(json_text(description, where), where, words_);
     warn("body", std::exchange(words_.notes, {}));
     return body;
   }

@@ -51,7 +51,7 @@ void add_making(WorldClass& world) {
                       const std::string& solver, const std::string& source, u32 seed, bool quiet, bool strict,
                       bool approximate) {
             return std::make_unique<SharedWorld>(
-                warned(parse_scene(json_text(scene), source, seed, {strict, approximate})),
+                warned(parse_scene(json_text(scene, source), source, seed, {strict, approximate})),
                 options_of(device, precision, threads, solver, quiet));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
@@ -103,7 +103,7 @@ void add_bodies(WorldClass& world) {
           [](SharedWorld& shared, const std::string& name) { return found(shared.use().find(name), "body", name); },
           py::arg("name"), "The body of this name in the scene.")
       .def(
-          "add_body", [](SharedWorld& shared, const py::object& body) { return shared.add_body(json_text(body)); },
+          "add_body", [](SharedWorld& shared, const py::object& body) { return shared.add_body(body); },
           py::arg("body"),
           "Adds a body: a dict, or JSON text, as an entry of 'bodies' in a scene file. Takes effect with the next "
           "step\n"
@@ -153,7 +153,7 @@ void add_joints(WorldClass& world) {
       .def(
           "add_joint",
           [](SharedWorld& shared, const py::object& joint, BodyHandle a, const std::optional<BodyHandle>& b) {
-            const JointDescription description = parse_joint(json_text(joint), "joint");
+            const JointDescription description = parse_joint(json_text(joint, "joint"), "joint");
             return b ? shared.use().add(description, a, *b) : shared.use().add(description, a);
           },
           py::arg("joint"), py::arg("a"), py::arg("b") = py::none(),

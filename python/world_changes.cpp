@@ -30,7 +30,7 @@ void add_changes(WorldClass& world) {
       .def(
           "change_body",
           [](SharedWorld& shared, BodyHandle body, const py::object& description) {
-            shared.change_body(body, json_text(description));
+            shared.change_body(body, description);
           },
           py::arg("body"), py::arg("description"),
           "Describes a body anew, as an entry of 'bodies' in a scene file: type, mass and moments, shapes with\n"
@@ -40,7 +40,7 @@ void add_changes(WorldClass& world) {
       .def(
           "change_joint",
           [](SharedWorld& shared, JointHandle joint, const py::object& description) {
-            shared.change_joint(joint, json_text(description));
+            shared.change_joint(joint, description);
           },
           py::arg("joint"), py::arg("description"),
           "Describes a joint anew, as an entry of 'joints' in a scene file but for 'bodies': limits, motor, friction,\n"

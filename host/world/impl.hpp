@@ -330,8 +330,9 @@ struct World::Impl {
     std::map<u32, Wrench> acting;
     const double middle = (current.steps_done() + 0.5) * scene.settings.dt;
     for (const auto& [id, load] : loads) {
-      acting[index_of(id)] = load(middle);
-      expect_finite(acting[index_of(id)]);
+      const Wrench now = acting[index_of(id)] = load(middle);
+      for (const Vector3& vector : {now.force, now.torque})
+        expect_fits(scene.settings, vector, called(bodies[index_of(id)]) + ": its load");
     }
     for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
     forces.clear();

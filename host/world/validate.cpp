@@ -19,13 +19,19 @@ namespace {
 // A material, or a rule for a pair of them.
 template <class Owner>
 void validate_values(const Settings& settings, const Owner& owner, const std::string& where) {
+  constexpr double most = 1e150;  // of two materials the product counts
   const FurtherFriction& further = owner.further;
-  for (const std::optional<double>& value :
-       {std::optional(owner.friction), further.static_friction, further.stick_speed, further.torsional_friction,
-        further.rolling_friction, further.friction_across}) {
+  const std::pair<const char*, std::optional<double>> values[] = {{"friction", owner.friction},
+                                                                  {"static friction", further.static_friction},
+                                                                  {"stick speed", further.stick_speed},
+                                                                  {"torsional friction", further.torsional_friction},
+                                                                  {"rolling friction", further.rolling_friction},
+                                                                  {"friction across", further.friction_across}};
+  for (const auto& [name, value] : values) {
     if (!value) continue;
-    expect_fits(settings, *value, where + ": friction");
-    if (!(*value >= 0)) throw Error(Failure::input, where, "must have no negative friction");
+    expect_fits(settings, *value, where + ": " + name);
+    if (!(*value >= 0)) throw Error(Failure::input, where, std::string("must have no negative ") + name);
+    if (*value > most) throw Error(Failure::input, where, fmt::format("must have a {} of {} at most", name, most));
   }
   if (!(owner.restitution >= 0 && owner.restitution <= 1))
     throw Error(Failure::input, where, "must have a restitution of 0 .. 1");
@@ -63,11 +69,6 @@ void expect_fits(const Settings& settings, std::span<const double> values, const
 void expect_finite(const Wrench& load) {
   expect_finite(load.force, "force");
   expect_finite(load.torque, "torque");
-}
-
-void expect_finite(const Twist& velocity) {
-  expect_finite(velocity.linear, "velocity");
-  expect_finite(velocity.angular, "angular velocity");
 }
 
 void expect_unit(const Quaternion& q) {

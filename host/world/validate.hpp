@@ -25,7 +25,6 @@ inline void expect_fits(const Settings& settings, double value, const std::strin
 }
 
 void expect_finite(const Wrench& load);
-void expect_finite(const Twist& velocity);
 void expect_unit(const Quaternion& q);
 
 /// Of a body that was made in code; compile() asks for the rest.

@@ -1,4 +1,6 @@
 // What can be another while a world runs: bodies, joints, materials, gravity, the bound on speeds.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "host/scene/categories.hpp"
@@ -120,6 +122,8 @@ void World::set_speed_limit(double speed) {
   expect_fits(settings, speed, "speed_limit");
   settings.speed_limit = speed;
   expect_in_bounds(settings);
+  if (precision_of(settings) == "float" && !(static_cast<float>(speed) > 0))
+    throw Error(Failure::input, "speed_limit", fmt::format("must be > 0 in float, is {}", speed));
   impl_->scene.settings = std::move(settings);
   impl_->change();
 }

@@ -219,8 +219,7 @@ void World::end_recording() {
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point) {
   const u32 index = impl_->index_of_dynamic(body);
-  expect_finite(impulse, "impulse");
-  expect_finite(point, "point");
+  for (const Vector3& vector : {impulse, point}) expect_fits(impl_->scene.settings, vector, impl_->called(body));
   Engine& engine = impl_->ready();
   const Pose& pose = impl_->current_poses()[index];
   const Twist& velocity = impl_->current_velocities()[index];
@@ -232,7 +231,7 @@ void World::apply_impulse(BodyHandle body, const Vector3& impulse) {
 }
 
 void World::apply_force(BodyHandle body, const Vector3& force, const Vector3& point) {
-  expect_finite(point, "point");
+  for (const Vector3& vector : {force, point}) expect_fits(impl_->scene.settings, vector, impl_->called(body));
   const Vector3 arm = exact::subtract(point, pose(body).position);
   apply(body, {force, exact::cross(arm, force)});
 }

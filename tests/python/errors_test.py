@@ -31,7 +31,7 @@ class Errors(unittest.TestCase):
         )
         self.assertIn("here.json: /bodies: is empty", self.refusal(world_of({"bodies": []}, source="here.json")))
         self.assertIn("not JSON", self.refusal(world_of("{")))
-        self.assertIn('/bodies/0/mass must be finite, is nan',
+        self.assertIn('scene.json: /bodies/0/mass: must be finite, is nan',
                       self.refusal(world_of({"bodies": [{**BALL, "mass": float("nan")}]})))
         self.assertIn("unknown key", self.refusal(world_of({"bodies": [BALL], "robot": []})))
         self.assertIn("no built-in scene", self.refusal(lambda: lockstep.World.load("nothing_of_the_kind")))
@@ -70,9 +70,9 @@ class Errors(unittest.TestCase):
             world.pose("ball")
         with self.assertRaises(TypeError):
             lockstep.World({"bodies": [object()]})
-        for scene, line in (({"gravity": [0, 0, math.nan], "bodies": [BALL]}, "/gravity/2 must be finite, is nan"),
-                            ({"bodies": [{**BALL, "mass": math.inf}]}, "/bodies/0/mass must be finite, is inf"),
-                            (math.nan, "/ must be finite, is nan")):
+        for scene, line in (({"gravity": [0, 0, math.nan], "bodies": [BALL]}, "scene.json: /gravity/2: must be finite, is nan"),
+                            ({"bodies": [{**BALL, "mass": math.inf}]}, "scene.json: /bodies/0/mass: must be finite, is inf"),
+                            (math.nan, "scene.json: /: must be finite, is nan")):
             with self.assertRaises(lockstep.Error) as caught:
                 lockstep.World(scene)
             self.assertEqual(str(caught.exception), line)
