@@ -2,15 +2,15 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+
+#include "host/buffers.hpp"
+#include "host/scene/settings.hpp"
 
 namespace lockstep {
 
-/// True where comparing every shape with every other is best.
-bool prefers_all_pairs(std::size_t shapes);
-
-/// True for the tree, false for the grid, whose cells hold the largest shape of all: `extents` are the radii of the
-/// spheres that hold the bounded shapes of a batch for a step.
-bool prefers_tree(std::vector<double> extents, std::size_t worlds);
+/// The one of the settings, or the one that suits a batch of worlds whose bodies and shapes are in the buffers, by
+/// their number, sizes and first speeds.
+template <class real>
+Feature broad_phase_of(const Settings& settings, std::size_t worlds, const Buffers<real>& buffers);
 
 }  // namespace lockstep

@@ -63,19 +63,6 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
   return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
 }
 
-// The box around what has corners, whose own numbers may be millions; else the shape.
-ShapeDescription bounding_box(const ShapeDescription& shape) {
-  const auto box = [&](std::span<const Vector3> corners) {
-    return ShapeDescription{.kind = SHAPE_BOX, .offset = shape.offset, .half_extents = half_extents_of(corners)};
-  };
-  switch (shape.kind) {
-    case SHAPE_HULL: return box(shape.points);
-    case SHAPE_MESH: return box(shape.mesh->vertices);
-    case SHAPE_FACET: return box(shape.surface->mesh.vertices);
-    default: return shape;
-  }
-}
-
 template <class real>
 class Compiler {
  public:
@@ -126,7 +113,6 @@ class Compiler {
   void add_surface(const ShapeDescription& whole, bool continuous, u32 body, u32 first_id, const Origin& origin);
   void add_material_pairs(const Scene& scene);
   void set_features();
-  Feature broad_phase() const;
   void set_sizes();
 
   std::span<const Scene> worlds_;
@@ -384,7 +370,7 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::contacts)) {
     compile_shape_trees(state_);
     compile_seams(worlds_, state_);
-    features = with(features, broad_phase());
+    features = with(features, broad_phase_of(settings, worlds_.size(), state_.buffers));
   }
   if (has(features, Feature::contacts) && other_laws_) {
     if (settings.friction_model == FrictionModel::patches)
@@ -450,24 +436,6 @@ void Compiler<real>::set_features() {
                   "small_steps goes with the integrator semi_implicit_euler only; leave one of the two out");
     }
   }
-}
-
-// How far a shape can come in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
-template <class real>
-Feature Compiler<real>::broad_phase() const {
-  const Settings& settings = worlds_[0].settings;
-  if (settings.broad_phase == BroadPhase::grid) return Feature::grid;
-  if (settings.broad_phase == BroadPhase::bvh) return Feature::bvh;
-  if (prefers_all_pairs(state_.buffers.shapes.size())) return Feature::all_pairs;
-  std::vector<double> extents;
-  for (std::size_t i = 0; i < state_.buffers.shapes.size(); ++i) {
-    const ShapeInfo& shape = state_.buffers.shape_infos[i];
-    if (shape.kind == SHAPE_PLANE || (shape.flags & SHAPE_IS_IN_TREE) != 0) continue;
-    const Motion<real>& motion = state_.buffers.motions[shape.body];
-    const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
-    extents.push_back(double(state_.buffers.shapes[i].bounding_radius) + settings.dt * exact::length(v));
-  }
-  return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }
 
 template <class real>

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "host/scene/facets.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep {
 
@@ -279,6 +280,18 @@ VolumeMoments volume_moments(const TriangleMesh& mesh) {
   VolumeMoments m;
   for (const auto& [a, b, c] : mesh.triangles) add_tetrahedron(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], m);
   return m;
+}
+
+ShapeDescription bounding_box(const ShapeDescription& shape) {
+  const auto box = [&](std::span<const Vector3> corners) {
+    return ShapeDescription{.kind = SHAPE_BOX, .offset = shape.offset, .half_extents = half_extents_of(corners)};
+  };
+  switch (shape.kind) {
+    case SHAPE_HULL: return box(shape.points);
+    case SHAPE_MESH: return box(shape.mesh->vertices);
+    case SHAPE_FACET: return box(shape.surface->mesh.vertices);
+    default: return shape;
+  }
 }
 
 }  // namespace lockstep
