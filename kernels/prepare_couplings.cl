@@ -89,7 +89,7 @@ static inline void bound_coupling(Coupling coupling, real sum, real dt, Coupling
   const bool equal = coupling.low == coupling.high;
   row->slowest = !equal && above > (real)0 ? -(above / dt) : back_down;
   row->fastest = equal ? back_down : (below > (real)0 ? below / dt : back_up);
-  row->bound_softness = equal || above < (real)0 || below < (real)0 ? coupling.softness : (real)0;
+  row->bound_softness = !equal && (above < (real)0 || below < (real)0) ? coupling.softness : (real)0;
 }
 
 kernel void prepare_couplings(const StepParams params, const u32 coupling_count, global const Vec4* positions,
