@@ -1,7 +1,8 @@
 // Writes the law of each coupling of joints for a sub-step (cpu_reference/joints/couplings.hpp), from what
 // prepare_joints wrote of its joints. With L = sum c_i x_i of their free coordinates, at the start of the sub-step:
 //   limits   low <= L + dt u <= high while L is between; outside of them, and where low is high, the share `correction`
-//            of what L is beyond is taken back, by a velocity
+//            of what L is beyond is taken back, by a velocity; limits that are reached are as soft as joints are, those
+//            that lock are hard
 //   spring   u + rate (L - rest) + compliance r = 0, as that of a free coordinate (cpu_reference/joints/spring_law.hpp)
 // Couplings are not closed by poses: where coordinates grow as their velocities say, as those of hinges and sliders do,
 // a coupling that is whole stays so.
@@ -104,7 +105,7 @@ void bound_coupling(const Coupling<real>& coupling, real sum, real dt, CouplingR
   const bool equal = coupling.low == coupling.high;
   row.slowest = !equal && above > 0 ? -(above / dt) : back_down;
   row.fastest = equal ? back_down : (below > 0 ? below / dt : back_up);
-  row.bound_softness = equal || above < 0 || below < 0 ? coupling.softness : real(0);
+  row.bound_softness = !equal && (above < 0 || below < 0) ? coupling.softness : real(0);
 }
 
 template <class real>

@@ -18,13 +18,13 @@ typedef struct CoupledPushes {
   CoupledPush a, b;
 } CoupledPushes;
 
-static inline CoupledPushes coupled_pushes(const u32 purpose, global const JointBlock* block, u32 place,
+static inline CoupledPushes coupled_pushes(const u32 purpose, global const JointBlock* block, u32 lane_index,
                                            CoupledJoint joint) {
-  const CoupledResponse response = coupled_response(purpose, block, place);
+  const CoupledResponse response = coupled_response(purpose, block, lane_index);
   real r[JOINT_ROWS];
-  coupled_locked_impulses(response, block, place, response.left, r);
-  const CoupledEffort effort = coupled_effort(block, joint.free, place, r, response.left);
-  const Vec3 arm_a = coupled_vector(block->arm_a, place), arm_b = coupled_vector(block->arm_b, place);
+  coupled_locked_impulses(response, block, lane_index, response.left, r);
+  const CoupledEffort effort = coupled_effort(block, joint.free, lane_index, r, response.left);
+  const Vec3 arm_a = coupled_vector(block->arm_a, lane_index), arm_b = coupled_vector(block->arm_b, lane_index);
   CoupledPushes pushes;
   pushes.a.body = joint.body_a;
   pushes.a.impulse = scale3((real)-1, effort.impulse);
@@ -72,13 +72,13 @@ static inline real coupling_mobility(const u32 purpose, CouplingInfo info, globa
 // The velocity of the free coordinate at the start of the sub-step.
 static inline real coupled_velocity_before(CoupledJoint joint, u32 bodies, global const JointBlock* block,
                                            global const Velocity* previous_velocities) {
-  const u32 place = joint.slot % PACK;
+  const u32 lane_index = joint.slot % PACK;
   const Velocity before_a = joint_velocity_before(joint.body_a, bodies, previous_velocities);
   const Velocity before_b = joint_velocity_before(joint.body_b, bodies, previous_velocities);
   const Vec3 w_a = vec3(before_a.w), w_b = vec3(before_b.w);
-  const Vec3 u = sub3(add3(vec3(before_b.v), cross3(w_b, coupled_vector(block->arm_b, place))),
-                      add3(vec3(before_a.v), cross3(w_a, coupled_vector(block->arm_a, place))));
-  return dot3(coupled_vector(block->free_axis, place), joint.free == FREE_ANGLE ? sub3(w_b, w_a) : u);
+  const Vec3 u = sub3(add3(vec3(before_b.v), cross3(w_b, coupled_vector(block->arm_b, lane_index))),
+                      add3(vec3(before_a.v), cross3(w_a, coupled_vector(block->arm_a, lane_index))));
+  return dot3(coupled_vector(block->free_axis, lane_index), joint.free == FREE_ANGLE ? sub3(w_b, w_a) : u);
 }
 #endif
 
@@ -89,7 +89,7 @@ static inline void bound_coupling(Coupling coupling, real sum, real dt, Coupling
   const bool equal = coupling.low == coupling.high;
   row->slowest = !equal && above > (real)0 ? -(above / dt) : back_down;
   row->fastest = equal ? back_down : (below > (real)0 ? below / dt : back_up);
-  row->bound_softness = equal || above < (real)0 || below < (real)0 ? coupling.softness : (real)0;
+  row->bound_softness = !equal && (above < (real)0 || below < (real)0) ? coupling.softness : (real)0;
 }
 
 kernel void prepare_couplings(const StepParams params, const u32 coupling_count, global const Vec4* positions,

@@ -97,7 +97,7 @@ TEST_F(BadRobots, EachKindOfBadFileIsRefusedInOneLine) {
       {robot(ab + joint("spherical", "a", "b", R"(<dynamics damping="1"/>)")),
        "robot.urdf:4: <dynamics>: belongs to a joint with one axis, a spherical one has none; set it to 0 here"},
       {robot(ab + joint("revolute", "a", "b", limit + R"(<mimic joint="k"/>)")),
-       "robot.urdf:4: <mimic> joint: unknown joint \"k\"; did you mean \"a_b\"?"},
+       "robot.urdf:4: <mimic> joint: unknown joint \"k\"; known: a_b"},
       {robot(ab + joint("revolute", "a", "b", limit + R"(<mimic joint="a_b"/>)")),
        "robot.urdf:4: <mimic> joint: follows itself, from one joint to the next"},
       {robot(ab + joint("fixed", "a", "b", R"(<mimic joint="a_b"/>)")),

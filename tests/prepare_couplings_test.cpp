@@ -78,7 +78,7 @@ TYPED_TEST(PrepareCouplings, StepsBesideContactsMatchReference) {
     Scene scene = gripper_on_floor(0.2);
     replace_solver(scene.settings, solver);
     const InitialState<real> state = compile<real>(scene);
-    expect_twins_agree(state, 12);
+    expect_twins_agree(state, 12, launch_options({{8, 0}}));
     ReferenceBackend<real> backend(state);
     for (u32 i = 0; i < 12; ++i) step(backend, state.params);
     EXPECT_GT(backend.buffers().counters[COUNTER_CONTACTS], 0u);

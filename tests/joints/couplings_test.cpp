@@ -97,8 +97,7 @@ TYPED_TEST(Couplings, OfASliderAndAHingeAreRackAndPinion) {
     const Buffers<real> b = after_steps<real>(solved, 100);
     EXPECT_NEAR(double(b.motions[0].v[2]), speed, 10 * rounding<real>) << name;
     EXPECT_NEAR(double(b.motions[1].w[1]), speed / radius, 100 * rounding<real>) << name;
-    const double off = solved.settings.solver == Solver::small_steps ? 1e-5 : rounding<real>;  // it is soft there
-    EXPECT_NEAR(coordinate(state, b, 0), radius * coordinate(state, b, 1), std::max(off, rounding<real>)) << name;
+    EXPECT_NEAR(coordinate(state, b, 0), radius * coordinate(state, b, 1), rounding<real>) << name;
   }
 }
 
