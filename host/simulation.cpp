@@ -201,7 +201,10 @@ void Simulation<real>::make_step() {
   }
   for (;;) {
     StepParams<real> params = params_;
-    if (steps_done_ == 0) params.iterations *= cold_start_sweeps;
+    if (steps_done_ == 0) {
+      params.iterations *= cold_start_sweeps;
+      params.relaxations *= cold_start_sweeps;  // they take back what springs give in a sweep
+    }
     lockstep::step(*backend_, params);
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
