@@ -469,8 +469,8 @@ enum HashedRecord {
 #include "friction_types.h"
 #include "stream_types.h"
 
-// ---- joints
-// --------------------------------------------------------------------------------------------------------
+// ---- joints -------------------------------------------------------------------------------------------------------
+// Articulations are trees of them.
 
 #include "articulation_types.h"
 #include "joint_types.h"
