@@ -470,7 +470,6 @@ enum HashedRecord {
 #include "stream_types.h"
 
 // ---- joints -------------------------------------------------------------------------------------------------------
-// Articulations are trees of them.
 
 #include "articulation_types.h"
 #include "joint_types.h"
