@@ -178,11 +178,14 @@ TYPED_TEST(Couplings, OfSlidersArePulleys) {
   }
 }
 
-// On a palm that falls, with rotors or without: it stays whole, though the joints share a body. Who starts apart is
-// brought together.
+// On a palm that falls onto its limit, with rotors or without: it stays whole, though the joints share a body. Who
+// starts apart is brought together.
 TEST(CouplingsOfAGripper, DoNotDrift) {
   for (const double armature : {0.0, 2.0}) {
     Scene scene = gripper(0);
+    scene.joints[0].limited = true;
+    scene.joints[0].low = -0.1;
+    scene.joints[0].high = 1;
     scene.joints[1].armature = armature;
     for (const auto& [name, solved] : all_solvers(scene)) {
       const InitialState<double> state = compile<double>(solved);
@@ -190,9 +193,10 @@ TEST(CouplingsOfAGripper, DoNotDrift) {
       watch_steps<double>(solved, 1000, [&](const Buffers<double>& b, u32 i) {
         const double first = coordinate(state, b, 1), second = coordinate(state, b, 2);
         fastest = std::max(fastest, std::abs(b.motions[1].w[1]));
-        ASSERT_NEAR(second, -0.5 * first, solved.settings.solver == Solver::small_steps ? 1e-4 : 1e-6)
-            << name << ' ' << i;
+        // the few sweeps of the step in which it lands leave some, which comes back
+        ASSERT_NEAR(second, -0.5 * first, i >= 70 && i < 100 ? 5e-4 : 1e-6) << name << ' ' << i;
       });
+      EXPECT_GT(fastest, 0.5) << name;
     }
     for (const auto& [name, solved] : all_solvers(gripper(0.4))) {
       const InitialState<double> state = compile<double>(solved);
