@@ -18,7 +18,7 @@ namespace lockstep {
 namespace {
 
 // How many times the sweeps of later steps the first step of a run gets: later ones start from the impulses of the step
-// before, the first from none.
+// before, the first from none. Not with springs, which it lets push harder than relaxing sweeps take back.
 constexpr u32 cold_start_sweeps = 10;
 
 // A list that was too short gets a quarter more than it needed, in whole blocks.
@@ -201,10 +201,7 @@ void Simulation<real>::make_step() {
   }
   for (;;) {
     StepParams<real> params = params_;
-    if (steps_done_ == 0) {
-      params.iterations *= cold_start_sweeps;
-      params.relaxations *= cold_start_sweeps;  // they take back what springs give in a sweep
-    }
+    if (steps_done_ == 0 && !(params.softness > 0)) params.iterations *= cold_start_sweeps;
     lockstep::step(*backend_, params);
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];

@@ -274,7 +274,7 @@ TEST(CoupledNormals, AreLeftOutWhereTheSceneSaysSo) {
     if (coupled)
       EXPECT_LT(aside, 1e-6);
     else
-      EXPECT_GT(aside, 0.1);
+      EXPECT_GT(aside, 0.05);
   }
 }
 
