@@ -1,5 +1,6 @@
 // The class World: how it is made, which bodies and joints it has, and time.
 #include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/read_robots.hpp"
@@ -70,11 +71,11 @@ void add_making(WorldClass& world) {
           "approximate: leave out or replace what of it changes the motion and is not simulated.")
       .def_static(
           "load",
-          [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
+          [](const std::filesystem::path& path_or_name, const py::object& device, const std::string& precision,
+             u32 threads, const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
              const std::map<std::string, std::string>& packages, const std::string& keyframe) {
             return std::make_unique<SharedWorld>(
-                warned(read_scene(path_or_name, seed, {strict, approximate, packages, keyframe})),
+                warned(read_scene(path_or_name.string(), seed, {strict, approximate, packages, keyframe})),
                 options_of(device, precision, threads, solver, quiet));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
@@ -280,8 +281,8 @@ void add_time(WorldClass& world) {
           "the first step() warns of each. Nothing once it has been stepped.")
       .def(
           "record",
-          [](SharedWorld& shared, const std::string& path, bool forces) {
-            shared.use().record(path, forces ? RecordedData::motion_and_forces : RecordedData::motion);
+          [](SharedWorld& shared, const std::filesystem::path& path, bool forces) {
+            shared.use().record(path.string(), forces ? RecordedData::motion_and_forces : RecordedData::motion);
           },
           py::arg("path"), py::arg("forces") = false,
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "
