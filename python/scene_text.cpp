@@ -7,18 +7,18 @@ namespace lockstep::python {
 namespace {
 
 // The first number in it that JSON does not have, with its place; empty: none.
-std::string not_finite(const py::handle& value, const std::string& place) {
+std::string not_finite(const py::handle& value, const std::string& path) {
   std::string found;
   if (py::isinstance<py::float_>(value)) {
     if (!std::isfinite(value.cast<double>()))
-      return (place.empty() ? "/" : place) + ": must be finite, is " + py::repr(value).cast<std::string>();
+      return (path.empty() ? "/" : path) + ": must be finite, is " + py::repr(value).cast<std::string>();
   } else if (py::isinstance<py::dict>(value)) {
     for (const auto& [key, inner] : py::reinterpret_borrow<py::dict>(value))
-      if (found.empty()) found = not_finite(inner, place + "/" + py::str(key).cast<std::string>());
+      if (found.empty()) found = not_finite(inner, path + "/" + py::str(key).cast<std::string>());
   } else if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
     std::size_t i = 0;
     for (const py::handle inner : value) {
-      if (found.empty()) found = not_finite(inner, place + "/" + std::to_string(i));
+      if (found.empty()) found = not_finite(inner, path + "/" + std::to_string(i));
       ++i;
     }
   }

@@ -23,20 +23,20 @@ JointState state(World& world, const std::string& name) { return world.state(*wo
 
 // alpha = gear u / I, kept to the range of the control, then to that of the force.
 TEST(Actuators, AMotorGivesItsControl) {
-  World world(driven("<motor name=\"spin\" joint=\"axle\" gear=\"4\" ctrlrange=\"-3 3\"/><motor name=\"push\" "
+  World world(driven("<motor name=\"rotate\" joint=\"axle\" gear=\"4\" ctrlrange=\"-3 3\"/><motor name=\"push\" "
                      "joint=\"rail\" forcerange=\"-6 6\"/>"),
               in_double());
   world.step(100);
   EXPECT_EQ(state(world, "axle").speed, 0);
   double wheel = 0, cart = 0;
-  for (const auto& [spin, push] :
+  for (const auto& [torque, push] :
        {std::pair(1.0, 3.0), std::pair(-2.0, 9.0), std::pair(5.0, -12.0), std::pair(0.0, 0.0)}) {
-    world.set_control(world.actuator("r/spin"), spin);
+    world.set_control(world.actuator("r/rotate"), torque);
     world.set_control(1, push);
     world.step(100);
-    wheel += 0.1 * 4 * std::min(spin, 3.0) / 2;
+    wheel += 0.1 * 4 * std::min(torque, 3.0) / 2;
     cart += 0.1 * std::clamp(push, -6.0, 6.0) / 3;
-    EXPECT_NEAR(state(world, "axle").speed, wheel, 1e-9) << spin;
+    EXPECT_NEAR(state(world, "axle").speed, wheel, 1e-9) << torque;
     EXPECT_NEAR(state(world, "rail").speed, cart, 1e-9) << push;
   }
 }

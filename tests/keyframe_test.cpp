@@ -46,7 +46,7 @@ TEST(Keyframe, StartsJointsWhereItSays) {
   }
 }
 
-TEST(Keyframe, WithoutOneBodiesStandAsInTheFile) {
+TEST(Keyframe, WithoutOneBodiesAreAsInTheFile) {
   for (const char* name : {"", "rest"})
     expect_near(body(at_key(arm(), "qpos=\"1 2\"", "", name), "lower").position, {2, 0, 0});
 }

@@ -132,7 +132,7 @@ TEST_F(RobotReadings, SphericalJointsAreBalls) {
 }
 
 // It would leap there in the first step.
-TEST_F(RobotReadings, JointsThatStandBeyondTheirLimitsStartOnThem) {
+TEST_F(RobotReadings, JointsBeyondTheirLimitsStartOnThem) {
   const Scene scene = alone(link("a") + link("b") + link("c") + joint("revolute", "a", "b", R"(<origin xyz="1 0 0"/>
       <axis xyz="0 0 1"/><limit lower="0.5" upper="1" effort="1" velocity="1"/>)") +
                             joint("prismatic", "a", "c", R"(<axis xyz="0 1 0"/>

@@ -10,7 +10,7 @@ namespace lockstep {
 namespace {
 
 // A speed that no joint reaches, m/s or rad/s: a motor that wants it gives all of its force.
-constexpr double out_of_reach = 1e6;
+constexpr double unreachable_speed = 1e6;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void drive(std::span<const ActuatorDescription> actuators, u32 index, JointDescr
   }
   if (rest && joint.spring) joint.spring->rest = *rest;
   if (!force) return;
-  joint.motor_speed = *force == 0 ? 0 : std::copysign(out_of_reach, *force);
+  joint.motor_speed = *force == 0 ? 0 : std::copysign(unreachable_speed, *force);
   joint.motor_force = std::abs(*force);
 }
 

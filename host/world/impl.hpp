@@ -330,8 +330,8 @@ struct World::Impl {
     std::map<u32, Wrench> acting;
     const double middle = (current.steps_done() + 0.5) * scene.settings.dt;
     for (const auto& [id, load] : loads) {
-      const Wrench now = acting[index_of(id)] = load(middle);
-      for (const Vector3& vector : {now.force, now.torque})
+      const Wrench wanted = acting[index_of(id)] = load(middle);
+      for (const Vector3& vector : {wanted.force, wanted.torque})
         expect_fits(scene.settings, vector, called(bodies[index_of(id)]) + ": its load");
     }
     for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
