@@ -123,7 +123,8 @@ TEST_F(BadRobots, WhatASceneSaysWrongOfARobotIsRefused) {
   const auto said = [&](const std::string& joints) { return refusal(good, ", \"joints\": [" + joints + "]"); };
   const std::pair<std::string, std::string> bad[] = {
       {refusal(good, R"(, "colour": 1)"),
-       "scene.json: /robots/0: unknown key \"colour\"; known: file, name, position, orientation, fixed, material, "
+       "scene.json: /robots/0: unknown key \"colour\"; known: file, keyframe, name, position, orientation, fixed, "
+       "material, "
        "category, collides_with, joints"},
       {refusal(good, R"(, "material": "ice")"),
        "scene.json: /robots/0/material: unknown material \"ice\"; known: default"},
