@@ -25,7 +25,7 @@ class Assembly {
         poses_(robot.links.size()),
         at_zero_(robot.links.size()),
         body_(robot.links.size(), NONE),
-        places_(robot.joints.size()) {
+        engine_joints_(robot.joints.size()) {
     for (u32 i = 0; i < robot.joints.size(); ++i) starts_.push_back(start_of(i));
     set_link_poses();
     gather();
@@ -173,7 +173,7 @@ class Assembly {
   void make_couplings() {
     for (const RobotCoupling& coupling : robot_.couplings) add_coupling(coupling.name, coupling.law);
     for (u32 i = 0; i < robot_.joints.size(); ++i) {
-      if (places_[i].joint == NONE || !robot_.joints[i].mimic) continue;
+      if (engine_joints_[i].joint == NONE || !robot_.joints[i].mimic) continue;
       const auto& [leader, multiplier, offset] = *robot_.joints[i].mimic;
       CouplingDescription coupling;
       coupling.joints = {{i, 1}};
@@ -188,8 +188,8 @@ class Assembly {
   void add_coupling(const std::string& name, CouplingDescription coupling) {
     coupling.name = use_.name + "/" + name;
     std::erase_if(coupling.joints,
-                  [&](const CoupledCoordinate& coupled) { return places_[coupled.joint].joint == NONE; });
-    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint = places_[coupled.joint].joint;
+                  [&](const CoupledCoordinate& coupled) { return engine_joints_[coupled.joint].joint == NONE; });
+    for (CoupledCoordinate& coupled : coupling.joints) coupled.joint = engine_joints_[coupled.joint].joint;
     if (!coupling.joints.empty()) components_.couplings.push_back(std::move(coupling));
   }
 
@@ -257,15 +257,15 @@ class Assembly {
     joint.motor_force = drive.motor_force;
     (drive.motor_force > 0 || has_motor(number) ? more : joint).friction = in.friction;
     const bool needs_more = more.spring || more.friction > 0;
-    Places& places = places_[number];
-    places.joint = static_cast<u32>(components_.joints.size());
-    places.spring = places.joint + (spring_is_more ? 1 : 0);
+    EngineJoints& made = engine_joints_[number];
+    made.joint = static_cast<u32>(components_.joints.size());
+    made.spring = made.joint + (spring_is_more ? 1 : 0);
     components_.joints.push_back(std::move(joint));
     if (needs_more) components_.joints.push_back(more);
     more.friction = 0;
     for (const JointSpring& servo : in.servos) {
       const bool is_alone = !drive.spring && servo.forces != any_force;
-      places.servos.push_back(is_alone ? static_cast<u32>(components_.joints.size()) : places.spring);
+      made.servos.push_back(is_alone ? static_cast<u32>(components_.joints.size()) : made.spring);
       if (!is_alone) continue;
       more.spring = servo;
       components_.joints.push_back(more);
@@ -288,8 +288,8 @@ class Assembly {
 
   // Of the stiffness of the spring that it is part of.
   double share_of(const RobotActuator& actuator) const {
-    const u32 place = places_[actuator.drive.joint].servos[*actuator.servo];
-    return servo_of(actuator).stiffness / components_.joints[place].spring->stiffness;
+    const u32 joint = engine_joints_[actuator.drive.joint].servos[*actuator.servo];
+    return servo_of(actuator).stiffness / components_.joints[joint].spring->stiffness;
   }
 
   // A spring of several, servos and others, rests where the stiffness of each weighs.
@@ -298,15 +298,15 @@ class Assembly {
     out.name = use_.name + "/" + out.name;
     if (in.drive.joint != NONE) {
       const RobotDrive& scene = use_.drives[in.drive.joint];
-      const Places& places = places_[in.drive.joint];
-      out.joint = in.servo ? places.servos[*in.servo] : places.joint;
+      const EngineJoints& made = engine_joints_[in.drive.joint];
+      out.joint = in.servo ? made.servos[*in.servo] : made.joint;
       if (in.servo ? scene.spring.has_value() : scene.motor_force > 0)
         out.refusal = std::string("has a joint to which the scene gives a ") + (in.servo ? "spring" : "motor");
       if (in.servo && out.refusal.empty()) {
         out.rest *= share_of(in);
         out.rest_at_zero = components_.joints[out.joint].spring->rest;
         for (const RobotActuator& other : robot_.actuators)
-          if (other.servo && other.drive.joint == in.drive.joint && places.servos[*other.servo] == out.joint)
+          if (other.servo && other.drive.joint == in.drive.joint && made.servos[*other.servo] == out.joint)
             out.rest_at_zero -= share_of(other) * (servo_of(other).rest - other.drive.rest_at_zero);
       }
     }
@@ -349,7 +349,7 @@ class Assembly {
   }
 
   // What became of a joint: the joint, the one that has its spring, and those that have its servos.
-  struct Places {
+  struct EngineJoints {
     u32 joint = NONE, spring = NONE;
     std::vector<u32> servos;
   };
@@ -361,7 +361,7 @@ class Assembly {
   std::vector<Pose> in_head_, poses_, at_zero_;  // in the frame of the head; in the world; there with all joints at 0
   std::vector<u32> body_;                        // of heads
   // of each joint
-  std::vector<Places> places_;
+  std::vector<EngineJoints> engine_joints_;
   std::vector<double> starts_;
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
