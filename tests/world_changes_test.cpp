@@ -399,6 +399,24 @@ TEST(WorldChanges, RefuseWhatANewOneIsRefusedFor) {
   EXPECT_EQ(refusal([&] { world.change(body, box); }), "body \"box\": is not in this world any more");
 }
 
+// A surface may be flat, and a body may be a mesh.
+TEST(WorldChanges, FlatSurfacesFit) {
+  Scene scene = empty_scene();
+  scene.bodies.push_back(ball_at({0.5, -0.25, 0.5}));
+  World world(scene, {.device = "reference", .precision = "float"});
+  BodyDescription ground;
+  ground.kind = BODY_STATIC;
+  std::string flaw;
+  ground.shapes.push_back(
+      {.kind = SHAPE_FACET,
+       .surface = make_surface(
+           {.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, .triangles = {{0, 1, 2}, {0, 2, 3}}}, flaw)});
+  ASSERT_EQ(flaw, "");
+  world.add(ground);
+  world.step(10);
+  EXPECT_EQ(world.contacts().size(), 1u);
+}
+
 // What the precision of a run does not hold is refused where it is said, and the world goes on as though it were not.
 TEST(WorldChanges, NumbersThatDoNotFitAreRefusedAtOnce) {
   World world(ground_scene(0.5), {.device = "reference", .precision = "float"});

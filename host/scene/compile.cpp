@@ -96,7 +96,7 @@ class Compiler {
   void add_alone(const BodyDescription& body) {
     const Origin origin = {worlds_[0]};
     add_body(body, 0, 0, origin);
-    for (const ShapeDescription& shape : body.shapes) add_shape(bounding_box(shape), body.continuous, 0, 0, origin);
+    for (const ShapeDescription& shape : body.shapes) add_shape(bounding_cube(shape), body.continuous, 0, 0, origin);
   }
 
  private:

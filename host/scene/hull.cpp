@@ -282,9 +282,11 @@ VolumeMoments volume_moments(const TriangleMesh& mesh) {
   return m;
 }
 
-ShapeDescription bounding_box(const ShapeDescription& shape) {
+ShapeDescription bounding_cube(const ShapeDescription& shape) {
   const auto box = [&](std::span<const Vector3> corners) {
-    return ShapeDescription{.kind = SHAPE_BOX, .offset = shape.offset, .half_extents = half_extents_of(corners)};
+    const Vector3 half = half_extents_of(corners);
+    const double most = std::max({half[0], half[1], half[2]});
+    return ShapeDescription{.kind = SHAPE_BOX, .offset = shape.offset, .half_extents = {most, most, most}};
   };
   switch (shape.kind) {
     case SHAPE_HULL: return box(shape.points);

@@ -45,8 +45,8 @@ Vector3 center_of_box(std::span<const Vector3> points);
 /// Half extents of the smallest such box about the origin.
 Vector3 half_extents_of(std::span<const Vector3> points);
 
-/// The box around a hull, a mesh or a surface, whose own numbers may be millions; other shapes as they are.
-ShapeDescription bounding_box(const ShapeDescription& shape);
+/// The cube around a hull, a mesh or a surface, whose own numbers may be millions; other shapes as they are.
+ShapeDescription bounding_cube(const ShapeDescription& shape);
 
 /// Volume, its first moments and its second moments xx, yy, zz, xy, xz, yz about the origin, from signed tetrahedra
 /// with their tips there (Mirtich 1996 gives the same by other means).
