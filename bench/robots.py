@@ -45,6 +45,10 @@ def difference(world, path):
     except Exception:
         return "MuJoCo refuses it"
     data = mujoco.MjData(model)
+    for joint in range(model.njnt):  # what stands beyond its limits starts on them here
+        if model.jnt_limited[joint] and model.jnt_type[joint] >= int(mujoco.mjtJoint.mjJNT_SLIDE):
+            at = model.jnt_qposadr[joint]
+            data.qpos[at] = numpy.clip(data.qpos[at], *model.jnt_range[joint])
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     ours = sum(world.mass(body) for body in world.bodies)
