@@ -139,7 +139,7 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
   const std::vector<Change> changes = {
       {"nothing", [](hid_t) {}, "accepted"},
       {"no format", [](hid_t f) { remove_attribute(f, "format"); }, "has no attribute format"},
-      {"a later format", [](hid_t f) { replace_attribute(f, "format", u32{9}); }, "it has format 9, wanted is 6"},
+      {"a later format", [](hid_t f) { replace_attribute(f, "format", u32{9}); }, "it has format 9, wanted is 7"},
       {"a format of another type", [](hid_t f) { replace_attribute(f, "format", 1.0); }, "format is of another type"},
       {"a format in words", [](hid_t f) { replace_attribute(f, "format", std::string("one")); },
        "format is of another type"},
