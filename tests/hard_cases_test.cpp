@@ -70,8 +70,8 @@ const Bound bounds[] = {
     {"bouncing", "small_steps", {.dt = 4e-3, .substeps = 4}, "float", {400, 40, 0.5}},
     {"six66", "gauss_seidel", {.dt = 0.016, .iterations = 10}, "float", {4e-5}},
     {"elastic666", "small_steps", {.dt = 8e-3, .substeps = 4}, "float", {4e5, 1e3}},
-    // of 34.5 kJ. 4 ms is long for it: poses that take overlap back lift balls (3.8e6 by velocities, which made 2.2e5 at
-    // 0.5 ms, where poses make 1.2e5)
+    // of 34.5 kJ: poses that take overlap back lift balls, in steps that are long for it (3.8e6 by velocities, which
+    // made 2.2e5 at 0.5 ms, where poses make 1.2e5)
     {"elastic666", "gauss_seidel, trapezoidal", {.dt = 4e-3}, "double", {1.2e7, 5e3}},
     {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "double", {5e-10}},
     {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "float", {3e-7}},
