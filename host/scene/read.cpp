@@ -240,7 +240,8 @@ JointDescription parse_joint_change(const std::string& text, const std::string& 
     for (const char* key : {"anchor", "anchors", "axis", "axes", "pitch", "radius"}) document.erase(key);
     const std::string type = name_of(joint.kind);
     if (document.contains("type") && document["type"] != type)
-      throw Error(Failure::input, source, "stays a joint of type " + type + "; remove it and add another");
+      throw Error(Failure::input, source,
+                  std::string("stays a ") + noun_of(joint.kind) + "; remove it and add another");
     document["type"] = type;
     if (has_key(joint.kind, JOINT_HAS_ANCHORS))
       document["anchors"] = {joint.anchor_a, joint.anchor_b};

@@ -46,7 +46,7 @@ class Actuators(unittest.TestCase):
     def test_what_is_refused(self):
         world = self.world()
         for call, line in (
-            (lambda: world.set_control("r/q", 1), 'world: unknown actuator "r/q"; known: r/m, r/p'),
+            (lambda: world.set_control("r/q", 1), 'world: unknown actuator "r/q"; did you mean "r/m"?'),
             (lambda: world.set_control(2, 1), "world: has no actuator 2; it has 2"),
             (lambda: world.set_controls([1]), "controls: must be 2 numbers, are 1"),
             (lambda: world.set_control(0, float("nan")), 'actuator "r/m": must be finite and fit double, is nan'),

@@ -30,7 +30,7 @@ class Changes(unittest.TestCase):
         self.assertEqual((world.mass(ball), world.body("heavy")), (3, ball))
         world.step(10)
         self.assertAlmostEqual(world.velocity(ball)[2], -9.81 * 10 / 60, places=12)
-        with self.assertRaisesRegex(lockstep.Error, 'body: needs "mass" or "density"'):
+        with self.assertRaisesRegex(lockstep.Error, 'body "heavy": needs "mass" or "density"'):
             world.change_body(ball, {"shapes": BALL["shapes"]})
 
     def test_a_joint_is_described_anew(self):
