@@ -204,7 +204,8 @@ TEST_F(SnapshotRecording, RestoresOfNoMomentBeforeThemAreRefused) {
   expect_refused_with([](InputRow& restore) { restore.linear[0] = -1; });
   expect_refused_with([](InputRow& restore) { restore.linear[0] += 0.5; });
   change_input(row, [](InputRow& restore) { restore.body = 0; });
-  EXPECT_EQ(RecordingReader(path()).steps(), 8u) << "the steps behind it do not follow";
+  EXPECT_EQ(refusal([&] { RecordingReader{path()}; }),
+            path() + ": is no recording that this program reads: steps[8] does not follow the one before it");
   change_input(row, [&](InputRow& back) { back = *found; });
   EXPECT_EQ(restores_replayed<float>(1, {}), 5u);
   // to another moment that there was

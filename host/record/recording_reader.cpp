@@ -130,7 +130,8 @@ void RecordingReader::read_steps() {
   };
   for (u32 row = 0; row < rows_.size(); ++row) {
     if (follows(row)) continue;
-    if (rows_[row].step != 0) throw h5::Failed("steps[" + std::to_string(row) + "] does not follow the one before it");
+    if (rows_[row].step != 0 && outcome_ != "running")
+      throw h5::Failed("steps[" + std::to_string(row) + "] does not follow the one before it");
     rows_.resize(row);
     break;
   }
