@@ -131,7 +131,6 @@ class Replay {
   [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {
     const u32 step = recording_.rows()[row].step - 1;  // as every message counts, from 0
     if (parting_)
-      fmt::print(stderr, "lockstep: step {}: a hash differs; looking where, which may build kernels\n", step);
     const InitialState<real> before = state_before(row);
     check(before);
     const std::string where = "step " + std::to_string(step);
