@@ -1,7 +1,5 @@
 #include "host/record/replay.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -130,7 +128,6 @@ class Replay {
 
   [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {
     const u32 step = recording_.rows()[row].step - 1;  // as every message counts, from 0
-    if (parting_)
     const InitialState<real> before = state_before(row);
     check(before);
     const std::string where = "step " + std::to_string(step);
