@@ -1,9 +1,10 @@
 // Once a sub-step has moved the bodies, moves those of contacts that overlap apart, and leaves their velocities alone:
 // a velocity would stay as energy (split impulses; nonlinear Gauss-Seidel as of close_joints). With the overlap beyond
 // the slop measured at the present poses, and the rows J that the sub-step was solved with, a pair moves by
-//   x += M^-1 J^T d,   d >= 0,   J M^-1 J^T d >= separation (-gap - slop), complementary
-// by `separation_passes` of projected Gauss-Seidel over its points, and no faster than the correction_limit. Points
-// that are open may close their gap. Colour after colour, `position_sweeps` times.
+//   x += M^-1 J^T d,   d >= 0,   J M^-1 J^T d >= separation (-gap - slop) - h u+, complementary
+// by `separation_passes` of projected Gauss-Seidel over its points, and no faster than the correction_limit; u+ is the
+// speed at which a point parts already, which does it alone where it is fast. Points that are open may close their gap.
+// Colour after colour, `position_sweeps` times.
 #pragma once
 
 #include "cpu_reference/joints/displace.hpp"
@@ -31,6 +32,12 @@ real wanted_separation(const StepParams<real>& p, real gap, real inner_radius, r
   return depth > 0 ? (share < most ? share : most) : depth;
 }
 
+/// What of it is left to do for a point that overlaps and parts at this speed, m/s.
+template <class real>
+real beyond_parting(const StepParams<real>& p, real wanted, real speed) {
+  return wanted > 0 && speed > 0 ? wanted - p.dt * speed : wanted;
+}
+
 template <class real>
 void separate_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 block, u32 lane) {
   const BlockBodies& bodies = buffers.block_bodies[block];
@@ -44,6 +51,14 @@ void separate_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 b
     const PointBlock<real>& points = buffers.point_blocks[first + k];
     const real gap = current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b).gap;
     wanted[k] = wanted_separation(params, gap, points.inner_radius[lane], points.bounding_radius[lane]);
+    overlaps = overlaps || wanted[k] > 0;
+  }
+  if (!overlaps) return;
+  overlaps = false;
+  for (u32 k = 0; k < count; ++k) {
+    const ContactArms<real> c = contact_arms<real>(buffers.contact_blocks[first + k], lane);
+    wanted[k] = beyond_parting(params, wanted[k],
+                               dot3(c.normal, velocity_at(c.arm_a, c.arm_b, buffers.motions[a], buffers.motions[b])));
     overlaps = overlaps || wanted[k] > 0;
   }
   if (!overlaps) return;

@@ -127,6 +127,12 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, const Step
 }  // namespace
 
 template <class real>
+StepParams<real> params_of_step(StepParams<real> params, u32 steps_done) {
+  if (steps_done == 0 && !(params.softness > 0)) params.iterations *= cold_start_sweeps;
+  return params;
+}
+
+template <class real>
 Simulation<real>::Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done)
     : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {
   const Features features = backend_->features();
@@ -200,9 +206,7 @@ void Simulation<real>::make_step() {
     return;
   }
   for (;;) {
-    StepParams<real> params = params_;
-    if (steps_done_ == 0 && !(params.softness > 0)) params.iterations *= cold_start_sweeps;
-    lockstep::step(*backend_, params);
+    lockstep::step(*backend_, params_of_step(params_, steps_done_));
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
@@ -322,6 +326,8 @@ std::vector<WorldHash> Simulation<real>::world_hashes() {
   return backend_->download(wanted).world_hashes;
 }
 
+template StepParams<float> params_of_step(StepParams<float>, u32);
+template StepParams<double> params_of_step(StepParams<double>, u32);
 template class Simulation<float>;
 template class Simulation<double>;
 

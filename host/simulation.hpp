@@ -56,6 +56,10 @@ struct Overlap {
   u32 body, shape;
 };
 
+/// Those of the step after so many: the first of a run has no impulses to start from, and gets ten times the sweeps.
+template <class real>
+StepParams<real> params_of_step(StepParams<real> params, u32 steps_done);
+
 template <class real>
 class Simulation {
  public:

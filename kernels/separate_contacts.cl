@@ -39,6 +39,11 @@ static inline lane separate_wanted(const StepParams* p, lane gap, lane inner_rad
   return depth > (lane)0 ? (share < most ? share : most) : depth;
 }
 
+// What of it is left to do for points that overlap and part at this speed, m/s.
+static inline lane separate_beyond_parting(const StepParams* p, lane wanted, lane speed) {
+  return (wanted > (lane)0) & (speed > (lane)0) ? wanted - (lane)p->dt * speed : wanted;
+}
+
 // Moves the bodies of the lanes in `moved` that can move.
 static inline void separate_store(lane_mask moved, global const u32* bodies, const LanePose* pose, const LaneBody* by,
                                   const SeparationStream* s) {
@@ -78,8 +83,18 @@ static inline void separate_pairs(const StepParams* params, u32 block, u32 first
   }
   if (!LANE_ANY(overlaps)) return;
   const lane_mask general = lane_general(bodies, first);
-  LaneBody a = separate_at_rest(lane_load_bodies(s->motions, bodies->body_a + first));
-  LaneBody b = separate_at_rest(lane_load_bodies(s->motions, bodies->body_b + first));
+  LaneBody a = lane_load_bodies(s->motions, bodies->body_a + first);
+  LaneBody b = lane_load_bodies(s->motions, bodies->body_b + first);
+  overlaps = (lane)0 > (lane)0;
+  for (u32 k = 0u; k < rows.count; ++k) {
+    global const ContactBlock* row = s->contacts + rows.first + k;
+    const Lane3 u = lane_velocity_at(LANE_ARM_A(row, first), LANE_ARM_B(row, first), &a, &b);
+    wanted[k] = separate_beyond_parting(params, wanted[k], lane_dot3(LANE_NORMAL(row, first), u));
+    overlaps = overlaps | (LANE_MASK(count > (lane_u32)k) & (wanted[k] > (lane)0));
+  }
+  if (!LANE_ANY(overlaps)) return;
+  a = separate_at_rest(a);
+  b = separate_at_rest(b);
   for (u32 pass = 0u; pass < SEPARATION_PASSES; ++pass) {
     for (u32 k = 0u; k < rows.count; ++k) {
       global const ContactBlock* row = s->contacts + rows.first + k;

@@ -87,7 +87,7 @@ TEST(Sleeping, AStepAtRestIsTheStep) {
     Simulation<float> simulation = on_reference(state);
     while (simulation.counters()[COUNTER_ASLEEP] < 3) simulation.step();
     ReferenceBackend<float> whole(state);
-    for (u32 i = 0; i < simulation.steps_done(); ++i) step(whole, state.params);
+    for (u32 i = 0; i < simulation.steps_done(); ++i) step(whole, params_of_step(state.params, i));
     for (u32 i = 0; i < 20; ++i) {
       simulation.step();
       step(whole, state.params);

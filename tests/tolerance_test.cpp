@@ -234,7 +234,7 @@ void expect_residual_follows(const InitialState<double>& state) {
     last = current;
   }
   EXPECT_LT(last.sweeps, 50000u);
-  EXPECT_LT(last.residual, 0.04 * first);  // it starts from impulses that are good
+  EXPECT_LT(last.residual, 0.04 * first);  // it starts from impulses that are good, and from poses that are
 }
 
 Scene small_pyramid() {

@@ -413,7 +413,10 @@ TEST(World, RefusesInvalidArguments) {
               world.apply_impulse(floor, {1, 0, 0});
             }),
             "body \"floor\": is not dynamic, nothing from outside moves it; give it a velocity");
-  EXPECT_EQ(refusal([&] { world.apply(box, {.force = {nan, 0, 0}}); }), "force: must be finite");
+  EXPECT_EQ(refusal([&] {
+              world.apply(box, {.force = {nan, 0, 0}});
+            }),
+            "body with the handle 1: must be finite and fit double, is nan");
   EXPECT_EQ(refusal([&] { world.set_kinematic_target(box, {}); }),
             "body with the handle 1: is not kinematic; only such bodies go where they are told");
   EXPECT_EQ(refusal([&] { world.set_velocity(floor, {}); }), "body \"floor\": is static and does not move");

@@ -10,9 +10,11 @@ bool couples_normals(const Settings& settings, Features features) {
 }
 
 bool separates_contacts(const Settings& settings, Features features) {
-  const bool reduced = std::string_view(name_of(settings.solver)).starts_with("reduced_");
+  // these close joints by the velocities that they find, and bodies that are moved after that would open them
+  const bool closes_joints =
+      settings.solver == Solver::impulse_based || std::string_view(name_of(settings.solver)).starts_with("reduced_");
   return has(features, Feature::contacts) && !has(features, Feature::jacobi) && !has(features, Feature::partitions) &&
-         !has(features, Feature::pivots) && settings.solver != Solver::small_steps && !reduced &&
+         !has(features, Feature::pivots) && settings.solver != Solver::small_steps && !closes_joints &&
          settings.stabilization == Stabilization::positions && settings.correction > 0;
 }
 

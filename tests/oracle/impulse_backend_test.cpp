@@ -228,7 +228,7 @@ TEST(ImpulseBackend, KeepsContactsSeparated) {
   EXPECT_GE(most, 5u) << "it has fallen";
   EXPECT_LE(deepest, 1.5 * deepest_swept + 1e-4);
   EXPECT_LE(deepest, 6e-3);
-  EXPECT_LE(drift, 5e-4);
+  EXPECT_LE(drift, 5e-11);
 }
 
 TEST(ImpulseBackend, NeedsVelocitiesThatMoveBodies) {

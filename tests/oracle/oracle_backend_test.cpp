@@ -74,7 +74,7 @@ TEST(OracleBackend, IsWhatSweepsApproach) {
     Stepper exact(hard_scene(name), "auto");
     exact.step();
     std::vector<double> distances;
-    for (const u32 iterations : {5u, 500u, 20000u}) {
+    for (const u32 iterations : {1u, 50u, 2000u}) {  // of which a first step has ten times as many
       Scene scene = hard_scene(name);
       scene.settings.iterations = iterations;
       Stepper swept(scene, "");
@@ -83,7 +83,7 @@ TEST(OracleBackend, IsWhatSweepsApproach) {
       EXPECT_LE(distances.back(), 100 * left.relative * left.scale + 1e-9) << name << ", " << iterations;
       EXPECT_GE(distances.back(), 0.01 * left.defect_max - 1e-9) << name << ", " << iterations;
     }
-    EXPECT_GT(distances[0], 1e-5) << name;
+    EXPECT_GT(distances[0], 1e-3) << name;
     EXPECT_LE(distances[2], 1e-2 * distances[0]) << name;
   }
 }
