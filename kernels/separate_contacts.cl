@@ -41,7 +41,7 @@ static inline lane separate_wanted(const StepParams* p, lane gap, lane inner_rad
 
 // What of it is left to do for points that overlap and part at this speed, m/s.
 static inline lane separate_beyond_parting(const StepParams* p, lane wanted, lane speed) {
-  return (wanted > (lane)0) & (speed > (lane)0) ? wanted - (lane)p->dt * speed : wanted;
+  return ((wanted > (lane)0) & (speed > (lane)0)) ? wanted - (lane)p->dt * speed : wanted;
 }
 
 // Moves the bodies of the lanes in `moved` that can move.
