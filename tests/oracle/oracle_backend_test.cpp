@@ -83,7 +83,7 @@ TEST(OracleBackend, IsWhatSweepsApproach) {
       EXPECT_LE(distances.back(), 100 * left.relative * left.scale + 1e-9) << name << ", " << iterations;
       EXPECT_GE(distances.back(), 0.01 * left.defect_max - 1e-9) << name << ", " << iterations;
     }
-    EXPECT_GT(distances[0], 1e-3) << name;
+    EXPECT_GT(distances[0], 1e-4) << name;
     EXPECT_LE(distances[2], 1e-2 * distances[0]) << name;
   }
 }
