@@ -7,6 +7,7 @@
 #include "host/error.hpp"
 #include "host/record/consistency.hpp"
 #include "host/record/identity.hpp"
+#include "host/record/inputs.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/record/state_group.hpp"
 
