@@ -76,19 +76,24 @@ void write_anisotropy(AnisotropyBlock<real>& block, u32 lane, AnisotropyPair<rea
   block.perpendicular[lane] = pair.perpendicular;
 }
 
+/// An axis of a shape in the frame of its body.
+template <class real>
+Vec3<real> shape_axis(const Shape<real>& shape, Vec3<real> axis) {
+  const real* q = shape.rotation;
+  return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, axis);
+}
+
 /// The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.
 template <class real>
 Vec3<real> anisotropy_axis(const Buffers<real>& buffers, const Contact& contact, AnisotropyPair<real> pair) {
-  const real* q = buffers.shapes[pair.side == 0 ? contact.shape_a : contact.shape_b].rotation;
-  return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{1, 0, 0});
+  return shape_axis(buffers.shapes[pair.side == 0 ? contact.shape_a : contact.shape_b], Vec3<real>{1, 0, 0});
 }
 
 /// The axis of a cylinder in the frame of its body, 0 of another shape.
 template <class real>
 Vec3<real> rim_axis(const Buffers<real>& buffers, u32 shape) {
   if (buffers.shape_infos[shape].kind != SHAPE_CYLINDER) return {0, 0, 0};
-  const real* q = buffers.shapes[shape].rotation;
-  return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{0, 0, 1});
+  return shape_axis(buffers.shapes[shape], Vec3<real>{0, 0, 1});
 }
 
 template <class real>

@@ -1,5 +1,6 @@
 #include "cpu_reference/reference.hpp"
 
+#include "cpu_reference/add_geometric_stiffness.hpp"
 #include "cpu_reference/begin_step.hpp"
 #include "cpu_reference/bound_particles.hpp"
 #include "cpu_reference/build_tree.hpp"

@@ -45,6 +45,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::push_particles, p);
     backend.run(Stage::sum_particles, p);
     backend.run(Stage::integrate_velocities, p);
+    backend.run(Stage::add_geometric_stiffness, p);
     backend.run(Stage::prepare_joints, p);
     backend.run(Stage::prepare_couplings, p);
     backend.run(Stage::factor_articulations, p);

@@ -15,6 +15,11 @@
 // Closing takes such an angle no farther than this from where its velocity brings it, rad: far less than half a
 // revolution.
 #define JOINT_CLOSING_ANGLE 1
+// Of a body whose joints stiffen it by k its inertia counts for at least this share of h^2 k; a quarter is what a step
+// stands.
+#define STIFF_INERTIA_SHARE 0.5f
+// And of the rotation that it has in common with the bodies beside it this is not damped.
+#define STIFF_ROTATION_KEPT 0.75f
 // Whether nothing but the velocity along an axis of b is locked: a skate's.
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 
@@ -106,6 +111,13 @@ RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK], impedance
 // What joints have given in the sub-steps of the step so far (feature summed_impulses): the locked rows on b at its
 // anchor, world frame, N s and N m s, and the free row along its coordinate.
 RECORD(JointSumBlock) { real impulse[3][PACK], moment[3][PACK], free[PACK]; };
+
+// Those of body i are body_joints[body_joint_starts[i]] ... [body_joint_starts[i + 1] - 1], in the order of the joints
+// (feature geometric_stiffness). Bodies that cannot move have none.
+INDEX_RECORD(BodyJoint) {
+  u32 joint;
+  u32 slot;  // in the blocks of joints: PACK block + lane
+};
 
 // Ties free coordinates x of joints: of their sum, each by its ratio, the limits and the spring are what they are of
 // the coordinate of one joint.

@@ -49,6 +49,11 @@ static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, real 
 }
 #endif
 
+// An axis of a shape in the frame of its body.
+static inline Vec3 shape_axis(global const Shape* shape, Vec3 axis) {
+  return rotate3(make4(shape->rotation[0], shape->rotation[1], shape->rotation[2], shape->rotation[3]), axis);
+}
+
 #if FEATURE_ELLIPTIC_FRICTION
 static inline void pack_anisotropy(u32 lane, AnisotropyPair pair, Vec3 along, global AnisotropyBlock* block) {
   block->x[lane] = along.x;
@@ -60,17 +65,13 @@ static inline void pack_anisotropy(u32 lane, AnisotropyPair pair, Vec3 along, gl
 }
 
 // The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.
-static inline Vec3 pack_along(const Shape shape) {
-  const Quat q = make4(shape.rotation[0], shape.rotation[1], shape.rotation[2], shape.rotation[3]);
-  return rotate3(q, make3((real)1, (real)0, (real)0));
-}
+static inline Vec3 pack_along(global const Shape* shape) { return shape_axis(shape, make3((real)1, (real)0, (real)0)); }
 #endif
 
 #if FEATURE_SEPARATED_CONTACTS && FEATURE_CYLINDERS
 // The axis of a cylinder in the frame of its body, 0 of another shape.
 static inline Vec3 pack_rim_axis(u32 kind, global const Shape* shape) {
-  const Quat q = make4(shape->rotation[0], shape->rotation[1], shape->rotation[2], shape->rotation[3]);
-  const Vec3 axis = rotate3(q, make3((real)0, (real)0, (real)1)), none = make3((real)0, (real)0, (real)0);
+  const Vec3 axis = shape_axis(shape, make3((real)0, (real)0, (real)1)), none = make3((real)0, (real)0, (real)0);
   return kind == SHAPE_CYLINDER ? axis : none;
 }
 
@@ -136,7 +137,7 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
       const AnisotropyPair anisotropy = anisotropy_pairs[materials];
-      pack_anisotropy(lane, anisotropy, pack_along(shapes[anisotropy.side == 0u ? contact.shape_a : contact.shape_b]),
+      pack_anisotropy(lane, anisotropy, pack_along(shapes + (anisotropy.side == 0u ? contact.shape_a : contact.shape_b)),
                       anisotropy_blocks + rows.first + k);
 #endif
 #if FEATURE_IMPACT_LAWS

@@ -144,6 +144,24 @@ static inline real joint_free_velocity_before(global const Velocity* previous_ve
 }
 #endif
 
+#if FEATURE_JOINTS_AHEAD
+// Adds to the velocity products of locked rows what they moved with before, half of each.
+static inline void joint_halve_with_velocities_before(global const Velocity* previous_velocities, u32 bodies,
+                                                      const JointInfo info, const CurrentJoint* current,
+                                                      real* velocity_product) {
+  const Velocity a = joint_velocity_before(info.body_a, bodies, previous_velocities);
+  const Velocity b = joint_velocity_before(info.body_b, bodies, previous_velocities);
+  const Vec3 w_a = vec3(a.w), w_b = vec3(b.w), w = sub3(w_b, w_a);
+  const Vec3 u = sub3(add3(vec3(b.v), cross3(w_b, current->arm_b)), add3(vec3(a.v), cross3(w_a, current->arm_a)));
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) {
+    if ((info.locked >> i & 1u) == 0u) continue;
+    real before = dot3(current->axes[i % 3u], i < 3u ? u : w);
+    if (i == 2u) before = before - current->lead * dot3(current->axes[2], w);
+    velocity_product[i] = (real)0.5 * (velocity_product[i] + before);
+  }
+}
+#endif
+
 // What is off at a joint; squares of lengths and of angles.
 typedef struct JointMeasure {
   real separation, ratio, angle;
@@ -261,6 +279,10 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
 #endif
   const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.spring_compliance > (real)0);
   velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : (real)0;
+#if FEATURE_JOINTS_AHEAD
+  if (params->theta == (real)0.5f)
+    joint_halve_with_velocities_before(previous_velocities, params->bodies, info, &current, velocity_product);
+#endif
   solve_factor(&factor, response);
   real coupled_mobility = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];

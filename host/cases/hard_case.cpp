@@ -6,7 +6,8 @@ namespace {
 
 std::function<void(Settings&)> choice_of(Solver solver) {
   return [solver](Settings& settings) {
-    if (settings.solver != solver || settings.joint_solver != JointSolver::sweeps) replace_solver(settings, solver);
+    if (settings.solver != solver || settings.joint_solver == JointSolver::direct) replace_solver(settings, solver);
+    settings.joint_solver = JointSolver::sweeps;
     if (solver == Solver::small_steps) settings.integrator = Integrator::semi_implicit_euler;  // no other goes with it
   };
 }

@@ -7,6 +7,7 @@
 
 #include "host/record/hdf5.hpp"
 #include "host/scene/compile_articulations.hpp"
+#include "host/scene/body_joints.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -59,6 +60,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::joint_angles, Feature::joints},
     {Feature::joint_impedances, Feature::joints},
     {Feature::couplings, Feature::joints},
+    {Feature::geometric_stiffness, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},
@@ -312,8 +314,10 @@ void expect_articulations(const InitialState<real>& state) {
   right.joint_infos = b.joint_infos;
   right.joints = b.joints;
   right.joint_lanes = b.joint_lanes;
+  right.masses = b.masses;
   if (has(state.features, Feature::articulations)) {
-    find_articulations(right);
+    find_articulations(Trees::all, right);
+    if (right.links.size() != b.links.size()) find_articulations(Trees::that_carry, right);
     set_link_joints(right);
   }
   for (std::size_t j = 0; j < b.joint_infos.size(); ++j) {
@@ -349,6 +353,17 @@ void expect_gradient(const InitialState<real>& state) {
     if (!std::ranges::equal(found.slot_a, right.slot_a) || !std::ranges::equal(found.slot_b, right.slot_b))
       refuse(Buffer::joint_side_slots, k, "is among the sides of other bodies");
   }
+}
+
+template <class real>
+void expect_body_joints(const Buffers<real>& b) {
+  Buffers<real> right;
+  right.body_infos = b.body_infos;
+  right.joint_infos = b.joint_infos;
+  right.joint_lanes = b.joint_lanes;
+  list_body_joints(right);
+  expect_same(Buffer::body_joint_starts, b.body_joint_starts, right.body_joint_starts, "counts other joints than there are");
+  expect_same(Buffer::body_joints, b.body_joints, right.body_joints, "is a joint of another body");
 }
 
 // They follow from bodies and shapes.
@@ -413,6 +428,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_couplings(state.buffers, state.sizes);
   expect_articulations(state);
   expect_cell_sizes(state.buffers);
+  if (has(state.features, Feature::geometric_stiffness)) expect_body_joints(state.buffers);
   if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }

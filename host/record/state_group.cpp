@@ -64,6 +64,7 @@ Sizes stored_sizes(hid_t group, Features features) {
   const u32 phases = stored_rows(group, Buffer::joint_phases);  // one more than there are
   sizes.joint_phases = phases > 0 ? phases - 1 : 0;
   sizes.joined = stored_rows(group, Buffer::joined_bodies);
+  sizes.body_joints = stored_rows(group, Buffer::body_joints);
   sizes.couplings = stored_rows(group, Buffer::couplings);
   sizes.coupled_joints = stored_rows(group, Buffer::coupled_joints);
   const u32 coupling_phases = stored_rows(group, Buffer::coupling_phases);  // one more than there are

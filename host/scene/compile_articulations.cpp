@@ -1,12 +1,17 @@
 #include "host/scene/compile_articulations.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <tuple>
+#include <unordered_map>
 
 namespace lockstep {
 
 namespace {
+
+// Ten sweeps hardly bring the weight of what is heavier through a body.
+constexpr double least_load = 10;
 
 // A body that a search from the roots has reached.
 struct Found {
@@ -110,6 +115,54 @@ class Search {
   u32 trees_ = 0;
 };
 
+// Whether some body of the tree, whose links are those, is between loads of `least_load` times its own mass: what is
+// behind it, and what is before it, or what holds the root.
+template <class real>
+bool carries(std::span<const Found> links, const Buffers<real>& b) {
+  std::unordered_map<u32, std::size_t> place;  // of a body among the links
+  std::vector<double> behind(links.size(), 0), most(links.size(), 0), second(links.size(), 0);
+  for (std::size_t i = 0; i < links.size(); ++i) place[links[i].body] = i;
+  const auto add_side = [&](std::size_t link, double mass) {
+    second[link] = std::max(second[link], std::min(most[link], mass));
+    most[link] = std::max(most[link], mass);
+  };
+  for (std::size_t i = links.size(); i-- > 0;) {
+    behind[i] += b.masses[links[i].body].mass;
+    if (links[i].parent == NONE) continue;
+    const std::size_t parent = place[links[i].parent];
+    behind[parent] += behind[i];
+    add_side(parent, behind[i]);
+  }
+  std::vector<std::size_t> root(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    root[i] = links[i].parent == NONE ? i : root[place[links[i].parent]];
+    if (links[root[i]].joint != NONE)
+      add_side(i, std::numeric_limits<double>::infinity());
+    else if (root[i] != i)
+      add_side(i, behind[root[i]] - behind[i]);
+    if (second[i] >= least_load * b.masses[links[i].body].mass) return true;
+  }
+  return false;
+}
+
+// Leaves those that carry, and what closes loops in them.
+template <class real>
+void keep_those_that_carry(std::vector<Found>& found, std::vector<u32>& closures, const Buffers<real>& b) {
+  std::vector<bool> is_kept(b.body_infos.size() + 1, false);
+  std::vector<Found> kept;
+  for (std::size_t first = 0, end; first < found.size(); first = end) {
+    for (end = first; end < found.size() && found[end].tree == found[first].tree;) ++end;
+    const std::span<const Found> tree = std::span(found).subspan(first, end - first);
+    if (!carries(tree, b)) continue;
+    kept.insert(kept.end(), tree.begin(), tree.end());
+    for (const Found& link : tree) is_kept[link.body] = true;
+  }
+  found = std::move(kept);
+  std::erase_if(closures, [&](u32 joint) {
+    return !is_kept[b.joint_infos[joint].body_a] && !is_kept[b.joint_infos[joint].body_b];
+  });
+}
+
 // `link_of`: of each body, NONE of what cannot move.
 template <class real>
 void set_closures(const std::vector<u32>& joints, const std::vector<u32>& link_of, Buffers<real>& b) {
@@ -137,7 +190,7 @@ void set_closures(const std::vector<u32>& joints, const std::vector<u32>& link_o
 }  // namespace
 
 template <class real>
-void find_articulations(Buffers<real>& b) {
+void find_articulations(Trees trees, Buffers<real>& b) {
   b.articulations.clear();
   b.links.clear();
   b.link_levels.clear();
@@ -146,7 +199,9 @@ void find_articulations(Buffers<real>& b) {
   for (JointInfo& joint : b.joint_infos) joint.direct = 0;
   std::vector<u32> link_of(b.body_infos.size() + 1, NONE);
   Search<real> search(b);
-  const std::vector<Found> found = search.run();
+  std::vector<Found> found = search.run();
+  std::vector<u32> closures = search.closures();
+  if (trees == Trees::that_carry) keep_those_that_carry(found, closures, b);
   for (u32 i = 0; i < found.size(); ++i) {
     const Found& f = found[i];
     const bool new_tree = i == 0 || found[i - 1].tree != f.tree, new_level = new_tree || found[i - 1].level != f.level;
@@ -161,9 +216,9 @@ void find_articulations(Buffers<real>& b) {
     b.links.push_back({f.body, parent, f.joint, NONE, 0, 0, is_b, 0});
   }
   if (!b.links.empty()) b.link_levels.push_back(static_cast<u32>(b.links.size()));
-  for (const u32 joint : search.closures())
+  for (const u32 joint : closures)
     if (b.joint_infos[joint].free == FREE_NOTHING) b.joint_infos[joint].direct = 1;
-  set_closures(search.closures(), link_of, b);
+  set_closures(closures, link_of, b);
 }
 
 u32 count_closure_columns(std::span<const ClosureSet> sets, u32 links) {
@@ -183,8 +238,8 @@ void set_link_joints(Buffers<real>& b) {
   for (ClosureInfo& closure : b.closures) closure.slot = slots[closure.joint];
 }
 
-template void find_articulations<float>(Buffers<float>&);
-template void find_articulations<double>(Buffers<double>&);
+template void find_articulations<float>(Trees, Buffers<float>&);
+template void find_articulations<double>(Trees, Buffers<double>&);
 template void set_link_joints<float>(Buffers<float>&);
 template void set_link_joints<double>(Buffers<double>&);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/scene/body_joints.hpp"
 #include "host/scene/compile_articulations.hpp"
 #include "host/scene/compile_couplings.hpp"
 #include "host/scene/expect_fits.hpp"
@@ -195,11 +196,15 @@ void lay_out_joints(Buffers<real>& b) {
 
 template <class real>
 void set_articulations(const Scene& scene, InitialState<real>& state) {
+  const JointSolver wanted = scene.settings.joint_solver;
+  if (wanted == JointSolver::sweeps) return;
   const Solver solver = scene.settings.solver;
-  if (solver != Solver::gauss_seidel && solver != Solver::cell_gauss_seidel)
+  const bool takes_trees = solver == Solver::gauss_seidel || solver == Solver::cell_gauss_seidel;
+  if (!takes_trees && wanted == JointSolver::automatic) return;
+  if (!takes_trees)
     throw Error(Failure::input, scene.source + ": /settings/joint_solver",
                 "direct goes with the solvers gauss_seidel and cell_gauss_seidel; take one of them, or sweeps");
-  find_articulations(state.buffers);
+  find_articulations(wanted == JointSolver::direct ? Trees::all : Trees::that_carry, state.buffers);
   if (state.buffers.links.empty()) return;
   state.features = with(state.features, Feature::articulations);
   state.sizes.articulations = static_cast<u32>(state.buffers.articulations.size());
@@ -275,10 +280,15 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   else
     b.rolling_radii.clear();
   if (b.joints.empty()) return;
-  if (settings.joint_solver == JointSolver::direct) set_articulations(worlds[0], state);
+  set_articulations(worlds[0], state);
   lay_out_joints(b);
   set_link_joints(b);
   list_joined(std::move(joined), b);
+  if (settings.geometric_stiffness && !is_reduced(settings.solver)) {
+    list_body_joints(b);
+    state.features = with(state.features, Feature::geometric_stiffness);
+    state.sizes.body_joints = static_cast<u32>(b.body_joints.size());
+  }
 
   state.features = with(state.features, Feature::joints);
   if (settings.integrator != Integrator::semi_implicit_euler)

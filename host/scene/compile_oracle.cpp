@@ -21,7 +21,7 @@ void expect_oracle_takes(std::span<const Scene> worlds, bool doubles) {
   expect(doubles, "precision", "which works in double only; leave precision out");
   expect(settings.friction_model == FrictionModel::cones, "friction_model",
          "for which friction is at each contact; leave friction_model out");
-  expect(settings.joint_solver == JointSolver::sweeps, "joint_solver",
+  expect(settings.joint_solver != JointSolver::direct, "joint_solver",
          "which solves joints too; leave joint_solver out");
   expect(tolerance_of(settings) > 0, "tolerance", "which needs a residual > 0 to end at");
   expect(!settings.sleeping, "sleeping", "and solves for everybody; take sleeping away (--sleeping off)");

@@ -1,7 +1,5 @@
 #include "host/scene/contact_features.hpp"
 
-#include <string_view>
-
 namespace lockstep {
 
 bool couples_normals(const Settings& settings, Features features) {
@@ -11,8 +9,7 @@ bool couples_normals(const Settings& settings, Features features) {
 
 bool separates_contacts(const Settings& settings, Features features) {
   // these close joints by the velocities that they find, and bodies that are moved after that would open them
-  const bool closes_joints =
-      settings.solver == Solver::impulse_based || std::string_view(name_of(settings.solver)).starts_with("reduced_");
+  const bool closes_joints = settings.solver == Solver::impulse_based || is_reduced(settings.solver);
   return has(features, Feature::contacts) && !has(features, Feature::jacobi) && !has(features, Feature::partitions) &&
          !has(features, Feature::pivots) && settings.solver != Solver::small_steps && !closes_joints &&
          settings.stabilization == Stabilization::positions && settings.correction > 0;

@@ -69,6 +69,8 @@ constexpr std::optional<Solver> find_solver(std::string_view name) {
 
 /// Whether it goes down a gradient: hard contacts and joints as one convex problem, another model
 /// (cpu_reference/gradient/descent.hpp).
+/// Oracles in the coordinates of joints.
+inline bool is_reduced(Solver solver) { return std::string_view(info(solver).name).starts_with("reduced_"); }
 inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
 /// Friction model. `cones`: each contact point has a cone of its own, exact Coulomb friction; `patches`: the contacts
@@ -85,10 +87,11 @@ inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
     {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
 
 /// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly, with up
-/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp).
-enum class JointSolver { sweeps, direct };
-inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {{"sweeps", JointSolver::sweeps},
-                                                                             {"direct", JointSolver::direct}};
+/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp). `automatic`: at once those
+/// of trees in which some body carries ten times its mass (host/scene/compile_articulations.hpp), with solvers that can.
+enum class JointSolver { automatic, sweeps, direct };
+inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {
+    {"auto", JointSolver::automatic}, {"sweeps", JointSolver::sweeps}, {"direct", JointSolver::direct}};
 
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
@@ -142,11 +145,11 @@ inline Settings resolved(Settings settings) {
   return settings;
 }
 
-/// Takes another solver with the sub-steps and sweeps that it brings, and joints by sweeps: what was set for the old
+/// Takes another solver with the sub-steps and sweeps that it brings, and joints as it takes them: what was set for the old
 /// one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of sweeps
 /// of Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
 inline void replace_solver(Settings& settings, Solver solver) {
-  const bool same_steps = settings.solver == Solver::gauss_seidel && settings.joint_solver == JointSolver::sweeps;
+  const bool same_steps = settings.solver == Solver::gauss_seidel && settings.joint_solver != JointSolver::direct;
   if (!(is_oracle(solver) && same_steps)) settings.substeps.reset();
   if (is_oracle(solver) || is_oracle(settings.solver)) {
     settings.tolerance.reset();
@@ -155,7 +158,7 @@ inline void replace_solver(Settings& settings, Solver solver) {
   if (is_oracle(solver)) settings.friction_model = FrictionModel::cones;
   settings.solver = solver;
   settings.iterations.reset();
-  settings.joint_solver = JointSolver::sweeps;
+  settings.joint_solver = JointSolver::automatic;
 }
 
 [[deprecated("assign settings.solver; replace_solver() also forgets what was set for another solver")]]  //

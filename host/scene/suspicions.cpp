@@ -321,7 +321,8 @@ class Suspicions {
       if (up > 0.5 && ratio(c.body_a, c.body_b) >= great) add(c.body_a, c.body_b, "stands on");
       if (up < -0.5 && ratio(c.body_b, c.body_a) >= great) add(c.body_b, c.body_a, "stands on");
     }
-    if (settings.joint_solver == JointSolver::direct) return;
+    const bool takes_trees = settings.solver == Solver::gauss_seidel || settings.solver == Solver::cell_gauss_seidel;
+    if (takes_trees && settings.joint_solver != JointSolver::sweeps) return;
     // a light body that only hangs on a heavy one carries nothing
     const std::vector<u32> joints = joints_of_bodies();
     for (const JointDescription& joint : scene_.joints) {

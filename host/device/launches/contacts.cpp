@@ -254,6 +254,10 @@ void launch_prepare_contacts(Launcher& launcher) {
   launcher.run("prepare_contacts", plan.blocks * (PACK / plan.lanes));
 }
 
+void launch_add_geometric_stiffness(Launcher& launcher) {
+  launcher.run("add_geometric_stiffness", launcher.plan().sizes.bodies);
+}
+
 void launch_prepare_joints(Launcher& launcher) {
   launcher.run("prepare_joints", launcher.plan().sizes.joint_blocks * PACK);
 }
