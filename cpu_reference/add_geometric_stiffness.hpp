@@ -1,13 +1,14 @@
 // What joints carry turns light bodies between them back, faster than a sub-step can follow: a joint that pulls by f at
-// the arm r from the centre of a body turns it back by up to |f| |r| phi where it is rotated by phi. A taut chain swings
-// across its tension so. Explicit steps stand a stiffness k of up to 4 I / h^2, whatever solves for the impulses.
+// the arm r from the centre of a body turns it back by up to |f| |r| phi where it is rotated by phi. A taut chain
+// swings across its tension so. Explicit steps stand a stiffness k of up to 4 I / h^2, whatever solves for the
+// impulses.
 //
-// With k = sum |f| |r| of the impulses of the sub-step before, each principal moment of inertia counts, for the impulses
-// of this one, for at least that of a rotation that it stands:
+// With k = sum |f| |r| of the impulses of the sub-step before, each principal moment of inertia counts, for the
+// impulses of this one, for at least that of a rotation that it stands:
 //   I' = max(I, h^2 k / 2)
-// For the constraints let the bodies rotate by less than their sum could, the chain stands what each of its bodies does.
-// What it cannot follow it damps, as an implicit step would, against the rotation that the body has in common with the
-// n others that its joints hold, so that what swings as one keeps on:
+// For the constraints let the bodies rotate by less than their sum could, the chain stands what each of its bodies
+// does. What it cannot follow it damps, as an implicit step would, against the rotation that the body has in common
+// with the n others that its joints hold, so that what swings as one keeps on:
 //   w' = w - (1 - I / I') (w_0 - 3/4 w_c),   w_c = (w_0 + sum |f| |r| w_n / sum |f| |r|) / 2
 // w_0 and w_n at the start of the sub-step. What rotates slowly enough, or carries little, is as it was, bit for bit.
 //
@@ -40,7 +41,7 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
   for (u32 i = 0; i < params.bodies; ++i) {
     const u32 first = b.body_joint_starts[i], end = b.body_joint_starts[i + 1];
     if (first == end || is_asleep(b, i) || is_pivoted(b.pivots, i)) continue;
-    real moment = 0, shared = 0;  // of impulses, N m s
+    real moments = 0, shared = 0;  // of impulses, N m s
     Vec3<real> others = {};
     for (u32 k = first; k < end; ++k) {
       const BodyJoint at = b.body_joints[k];
@@ -49,15 +50,15 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
       const bool is_a = info.body_a == i;
       const Vec3<real> arm = vec3(is_a ? joint.anchor_a : joint.anchor_b);
       const real impulse = squared_joint_impulse(b.joint_impulses[at.slot / PACK], at.slot % PACK, info.free);
-      const real turning = std::sqrt(impulse * dot3(arm, arm));
-      moment = moment + turning;
+      const real moment = std::sqrt(impulse * dot3(arm, arm));
+      moments = moments + moment;
       const u32 other = is_a ? info.body_b : info.body_a;
       if (other >= params.bodies || b.body_infos[other].kind != BODY_DYNAMIC) continue;
-      shared = shared + turning;
-      others = add3(others, scale3(turning, vec3(b.previous_velocities[other].w)));
+      shared = shared + moment;
+      others = add3(others, scale3(moment, vec3(b.previous_velocities[other].w)));
     }
 
-    const real least = real(STIFF_INERTIA_SHARE) * params.dt * moment;
+    const real least = real(STIFF_INERTIA_SHARE) * params.dt * moments;
     Mass<real> mass = b.masses[i];
     real damped[3];
     for (u32 axis = 0; axis < 3; ++axis) {

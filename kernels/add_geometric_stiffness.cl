@@ -20,14 +20,13 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
                                     global const Sleeper* sleepers, global const Vec4* orientations,
                                     global const Velocity* previous_velocities, global const JointInfo* joint_infos,
                                     global const Joint* joints, global const u32* body_joint_starts,
-                                    global const BodyJoint* body_joints,
-                                    global const JointImpulseBlock* joint_impulses, global Motion* motions,
-                                    global const u32* counters) {
+                                    global const BodyJoint* body_joints, global const JointImpulseBlock* joint_impulses,
+                                    global Motion* motions, global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
   FOR_EACH(i, params.bodies) {
     const u32 first = body_joint_starts[i], end = body_joint_starts[i + 1u];
     if (first == end || is_asleep(sleepers, i) || IS_PIVOTED(pivots, i)) continue;
-    real moment = (real)0, shared = (real)0;
+    real moments = (real)0, shared = (real)0;
     Vec3 others = make3((real)0, (real)0, (real)0);
     for (u32 k = first; k < end; ++k) {
       const BodyJoint at = body_joints[k];
@@ -36,16 +35,16 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
       const bool is_a = info.body_a == i;
       const Vec3 arm = vec3(is_a ? joint.anchor_a : joint.anchor_b);
       const real impulse = squared_joint_impulse(joint_impulses + at.slot / PACK, at.slot % PACK, info.free);
-      const real turning = sqrt(impulse * dot3(arm, arm));
-      moment = moment + turning;
+      const real moment = sqrt(impulse * dot3(arm, arm));
+      moments = moments + moment;
       const u32 other = is_a ? info.body_b : info.body_a;
       if (other >= params.bodies || body_infos[other].kind != BODY_DYNAMIC) continue;
-      shared = shared + turning;
+      shared = shared + moment;
       const Velocity velocity = previous_velocities[other];
-      others = add3(others, scale3(turning, vec3(velocity.w)));
+      others = add3(others, scale3(moment, vec3(velocity.w)));
     }
 
-    const real least = (real)STIFF_INERTIA_SHARE * params.dt * moment;
+    const real least = (real)STIFF_INERTIA_SHARE * params.dt * moments;
     Mass mass = masses[i];
     real damped[3];
     for (u32 axis = 0u; axis < 3u; ++axis) {

@@ -137,7 +137,8 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
       const AnisotropyPair anisotropy = anisotropy_pairs[materials];
-      pack_anisotropy(lane, anisotropy, pack_along(shapes + (anisotropy.side == 0u ? contact.shape_a : contact.shape_b)),
+      pack_anisotropy(lane, anisotropy,
+                      pack_along(shapes + (anisotropy.side == 0u ? contact.shape_a : contact.shape_b)),
                       anisotropy_blocks + rows.first + k);
 #endif
 #if FEATURE_IMPACT_LAWS

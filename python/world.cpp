@@ -150,7 +150,7 @@ void add_joints(WorldClass& world) {
           [](SharedWorld& shared, const std::string& name) {
             return found(shared.use().find_joint(name), "joint", name);
           },
-          py::arg("name"), "The joint of this name in the scene.")
+          py::arg("name"), "The joint of this name, else the only one that has the body of this name as its second.")
       .def(
           "add_joint",
           [](SharedWorld& shared, const py::object& joint, BodyHandle a, const std::optional<BodyHandle>& b) {

@@ -38,7 +38,7 @@ Scene chain(u32 rods, double load, double angle, JointKind kind = JOINT_BALL) {
   return joint_scene(bodies, joints, 1.0 / 60);
 }
 
-double reach(u32 rods) { return rods * link_length + ball_radius; }
+double pendulum_length(u32 rods) { return rods * link_length + ball_radius; }
 
 // The state before the stage, in the second step.
 template <class real>
@@ -63,7 +63,7 @@ TYPED_TEST(AddGeometricStiffness, KernelMatchesReference) {
 }
 
 // k = T l of a rod of length l that T is on at both ends: it counts for h^2 T l / 2 at least.
-TYPED_TEST(AddGeometricStiffness, ARodCountsForWhatAStepStands) {
+TYPED_TEST(AddGeometricStiffness, ARodHasTheLeastInertia) {
   using real = TypeParam;
   const u32 rods = 4;
   const double load = 100;
@@ -77,7 +77,8 @@ TYPED_TEST(AddGeometricStiffness, ARodCountsForWhatAStepStands) {
     const double inertia = h * h * (above + below) / 2 * link_length / 2;
     EXPECT_NEAR(double(backend.buffers().motions[i].inertia_yy) * inertia, 1, 1e-3) << i;
   }
-  EXPECT_NEAR(double(backend.buffers().motions[rods].inertia_yy) * scene.bodies[rods].inertia[1], 1, 1e-6) << "the ball";
+  EXPECT_NEAR(double(backend.buffers().motions[rods].inertia_yy) * scene.bodies[rods].inertia[1], 1, 1e-6)
+      << "the ball";
 }
 
 // What a step can follow, and what carries nothing, is as it was.
@@ -88,7 +89,9 @@ TYPED_TEST(AddGeometricStiffness, WhatAStepFollowsKeepsItsBits) {
   const Buffers<real> with = after_steps<real>(scene, 200);
   scene.settings.geometric_stiffness = false;
   const Buffers<real> without = after_steps<real>(scene, 200);
-  EXPECT_EQ(std::memcmp(with.positions.data(), without.positions.data(), sizeof(with.positions[0]) * with.positions.size()), 0);
+  EXPECT_EQ(
+      std::memcmp(with.positions.data(), without.positions.data(), sizeof(with.positions[0]) * with.positions.size()),
+      0);
   EXPECT_EQ(std::memcmp(with.motions.data(), without.motions.data(), sizeof(with.motions[0]) * with.motions.size()), 0);
 }
 
@@ -130,7 +133,7 @@ void expect_to_swing(const Swing& swing) {
   const Scene scene = chain(swing.rods, swing.load, swing.angle, swing.kind);
   const InitialState<real> state = compile<real>(scene);
   const Counters none = {};
-  const double range = 2 * (swing.load * reach(swing.rods)) * g * (1 - std::cos(swing.angle));
+  const double range = 2 * (swing.load * pendulum_length(swing.rods)) * g * (1 - std::cos(swing.angle));
   double widest = 0, start = 0, highest = 0, last = 0;
   watch_steps<real>(scene, 300, [&](const Buffers<real>& b, u32 i) {
     widest = std::max(widest, joint_drift(b).separation);

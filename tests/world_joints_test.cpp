@@ -32,6 +32,23 @@ TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
   EXPECT_FALSE(late.find_joint("hip"));
 }
 
+TEST(WorldJoints, AJointIsFoundByTheBodyThatItAloneHolds) {
+  Scene scene = empty_scene();
+  scene.bodies = {box_at({0, 0, 0}), box_at({2, 0, 0})};
+  scene.bodies[0].name = "arm", scene.bodies[1].name = "hand";
+  World world(scene, in_double());
+  const JointHandle shoulder = world.add(ball_joint({1, 0, 0.5}), world.bodies()[0], world.bodies()[1]);
+  EXPECT_EQ(world.find_joint("hand"), shoulder);
+  EXPECT_FALSE(world.find_joint("arm"));
+  JointDescription second = ball_joint({1, 0, -0.5});
+  second.name = "wrist";
+  world.add(second, world.bodies()[0], world.bodies()[1]);
+  EXPECT_FALSE(world.find_joint("hand")) << "two hold it";
+  second.name = "hand";
+  const JointHandle named = world.add(second, world.bodies()[1]);
+  EXPECT_EQ(world.find_joint("hand"), named);
+}
+
 // A turning, flying box is caught by its corner: from there on it is the pendulum that begins so.
 TEST(WorldJoints, AJointThatIsAddedLaterFixesTheBodyWhereItIsThen) {
   Scene scene = empty_scene(0.002);

@@ -6,8 +6,8 @@
 #include <tuple>
 
 #include "host/record/hdf5.hpp"
-#include "host/scene/compile_articulations.hpp"
 #include "host/scene/body_joints.hpp"
+#include "host/scene/compile_articulations.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -362,7 +362,8 @@ void expect_body_joints(const Buffers<real>& b) {
   right.joint_infos = b.joint_infos;
   right.joint_lanes = b.joint_lanes;
   list_body_joints(right);
-  expect_same(Buffer::body_joint_starts, b.body_joint_starts, right.body_joint_starts, "counts other joints than there are");
+  expect_same(Buffer::body_joint_starts, b.body_joint_starts, right.body_joint_starts,
+              "counts other joints than there are");
   expect_same(Buffer::body_joints, b.body_joints, right.body_joints, "is a joint of another body");
 }
 

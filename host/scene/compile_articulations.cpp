@@ -119,9 +119,9 @@ class Search {
 // behind it, and what is before it, or what holds the root.
 template <class real>
 bool carries(std::span<const Found> links, const Buffers<real>& b) {
-  std::unordered_map<u32, std::size_t> place;  // of a body among the links
+  std::unordered_map<u32, std::size_t> index_of;  // a body's, among the links
   std::vector<double> behind(links.size(), 0), most(links.size(), 0), second(links.size(), 0);
-  for (std::size_t i = 0; i < links.size(); ++i) place[links[i].body] = i;
+  for (std::size_t i = 0; i < links.size(); ++i) index_of[links[i].body] = i;
   const auto add_side = [&](std::size_t link, double mass) {
     second[link] = std::max(second[link], std::min(most[link], mass));
     most[link] = std::max(most[link], mass);
@@ -129,13 +129,13 @@ bool carries(std::span<const Found> links, const Buffers<real>& b) {
   for (std::size_t i = links.size(); i-- > 0;) {
     behind[i] += b.masses[links[i].body].mass;
     if (links[i].parent == NONE) continue;
-    const std::size_t parent = place[links[i].parent];
+    const std::size_t parent = index_of[links[i].parent];
     behind[parent] += behind[i];
     add_side(parent, behind[i]);
   }
   std::vector<std::size_t> root(links.size());
   for (std::size_t i = 0; i < links.size(); ++i) {
-    root[i] = links[i].parent == NONE ? i : root[place[links[i].parent]];
+    root[i] = links[i].parent == NONE ? i : root[index_of[links[i].parent]];
     if (links[root[i]].joint != NONE)
       add_side(i, std::numeric_limits<double>::infinity());
     else if (root[i] != i)

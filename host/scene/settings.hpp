@@ -87,8 +87,9 @@ inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
     {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
 
 /// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly, with up
-/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp). `automatic`: at once those
-/// of trees in which some body carries ten times its mass (host/scene/compile_articulations.hpp), with solvers that can.
+/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp). `automatic`: at once
+/// those of trees in which some body carries ten times its mass (host/scene/compile_articulations.hpp), with solvers
+/// that can.
 enum class JointSolver { automatic, sweeps, direct };
 inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {
     {"auto", JointSolver::automatic}, {"sweeps", JointSolver::sweeps}, {"direct", JointSolver::direct}};
@@ -145,9 +146,9 @@ inline Settings resolved(Settings settings) {
   return settings;
 }
 
-/// Takes another solver with the sub-steps and sweeps that it brings, and joints as it takes them: what was set for the old
-/// one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of sweeps
-/// of Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
+/// Takes another solver with the sub-steps and sweeps that it brings, and joints as it takes them: what was set for the
+/// old one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of
+/// sweeps of Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
 inline void replace_solver(Settings& settings, Solver solver) {
   const bool same_steps = settings.solver == Solver::gauss_seidel && settings.joint_solver != JointSolver::direct;
   if (!(is_oracle(solver) && same_steps)) settings.substeps.reset();

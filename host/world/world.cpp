@@ -156,7 +156,14 @@ void World::remove(JointHandle joint) { impl_->remove_joint(impl_->joints.index(
 bool World::contains(JointHandle joint) const { return impl_->joints.contains(joint); }
 
 std::optional<JointHandle> World::find_joint(const std::string& name) const {
-  return find_named(impl_->scene.joints, impl_->joints, name);
+  const std::vector<JointDescription>& joints = impl_->scene.joints;
+  if (const auto named = find_named(joints, impl_->joints, name)) return named;
+  const auto& bodies = impl_->scene.bodies;
+  const auto body = std::ranges::find(bodies, name, &BodyDescription::name);
+  const u32 body_b = static_cast<u32>(body - bodies.begin());
+  if (body == bodies.end() || std::ranges::count(joints, body_b, &JointDescription::body_b) != 1) return std::nullopt;
+  return impl_
+      ->joints[static_cast<std::size_t>(std::ranges::find(joints, body_b, &JointDescription::body_b) - joints.begin())];
 }
 
 std::span<const JointHandle> World::joints() const { return impl_->joints.all(); }

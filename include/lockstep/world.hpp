@@ -237,7 +237,7 @@ class World {
   void change(JointHandle joint, const JointDescription& description);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;
-  /// By its name in the scene; nothing where there is none.
+  /// By its name, else by that of its body b, where no other joint has that one as b; nothing where there is none.
   std::optional<JointHandle> find_joint(const std::string& name) const;
   /// All of them, oldest first.
   std::span<const JointHandle> joints() const;
