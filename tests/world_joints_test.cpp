@@ -32,7 +32,7 @@ TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
   EXPECT_FALSE(late.find_joint("hip"));
 }
 
-TEST(WorldJoints, AJointIsFoundByTheBodyThatItAloneHolds) {
+TEST(WorldJoints, AJointIsFoundByItsSecondBody) {
   Scene scene = empty_scene();
   scene.bodies = {box_at({0, 0, 0}), box_at({2, 0, 0})};
   scene.bodies[0].name = "arm", scene.bodies[1].name = "hand";
