@@ -18,8 +18,8 @@
 // Of a body whose joints stiffen it by k its inertia counts for at least this share of h^2 k; a quarter is what a step
 // stands.
 #define STIFF_INERTIA_SHARE 0.5f
-// And of the rotation that it has in common with the bodies beside it this is not damped.
-#define STIFF_ROTATION_KEPT 0.75f
+// Damped against the mean rotation of so many bodies in a row from each of its joints.
+#define STIFF_ROW 8u
 // Whether nothing but the velocity along an axis of b is locked: a skate's.
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 

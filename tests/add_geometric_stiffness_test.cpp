@@ -143,7 +143,7 @@ void expect_to_swing(const Swing& swing) {
   });
   EXPECT_LT(widest, 0.01 * link_length / 2);
   EXPECT_LT(highest, 0.03 * range);
-  EXPECT_LT(start - last, 0.1 * range);
+  EXPECT_LT(start - last, 0.05 * range);
 }
 
 TEST_P(HeavyEnds, SwingInFloat) { expect_to_swing<float>(GetParam()); }
