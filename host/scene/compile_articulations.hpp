@@ -5,6 +5,9 @@
 
 namespace lockstep {
 
+/// Whether it can solve trees of joints at once.
+inline bool takes_trees(Solver solver) { return solver == Solver::gauss_seidel || solver == Solver::cell_gauss_seidel; }
+
 /// All trees, or those in which some body carries ten times its own mass or more, which sweeps are slow at.
 enum class Trees { all, that_carry };
 

@@ -198,10 +198,9 @@ template <class real>
 void set_articulations(const Scene& scene, InitialState<real>& state) {
   const JointSolver wanted = scene.settings.joint_solver;
   if (wanted == JointSolver::sweeps) return;
-  const Solver solver = scene.settings.solver;
-  const bool takes_trees = solver == Solver::gauss_seidel || solver == Solver::cell_gauss_seidel;
-  if (!takes_trees && wanted == JointSolver::automatic) return;
-  if (!takes_trees)
+  const bool takes = takes_trees(scene.settings.solver);
+  if (!takes && wanted == JointSolver::automatic) return;
+  if (!takes)
     throw Error(Failure::input, scene.source + ": /settings/joint_solver",
                 "direct goes with the solvers gauss_seidel and cell_gauss_seidel; take one of them, or sweeps");
   find_articulations(wanted == JointSolver::direct ? Trees::all : Trees::that_carry, state.buffers);

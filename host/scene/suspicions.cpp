@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "host/scene/below_ground.hpp"
+#include "host/scene/compile_articulations.hpp"
 #include "host/scene/hull.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/mass_properties.hpp"
@@ -321,8 +322,7 @@ class Suspicions {
       if (up > 0.5 && ratio(c.body_a, c.body_b) >= great) add(c.body_a, c.body_b, "stands on");
       if (up < -0.5 && ratio(c.body_b, c.body_a) >= great) add(c.body_b, c.body_a, "stands on");
     }
-    const bool takes_trees = settings.solver == Solver::gauss_seidel || settings.solver == Solver::cell_gauss_seidel;
-    if (takes_trees && settings.joint_solver != JointSolver::sweeps) return;
+    if (takes_trees(settings.solver) && settings.joint_solver != JointSolver::sweeps) return;
     // a light body that only hangs on a heavy one carries nothing
     const std::vector<u32> joints = joints_of_bodies();
     for (const JointDescription& joint : scene_.joints) {
