@@ -144,7 +144,7 @@ TEST(JointSolver, GoesWithGaussSeidel) {
   scene.source = "a.json";
   for (const Solver solver : {Solver::jacobi, Solver::small_steps, Solver::gradient, Solver::dense_gauss_seidel}) {
     replace_solver(scene.settings, solver);
-    EXPECT_EQ(scene.settings.joint_solver, JointSolver::sweeps);
+    EXPECT_EQ(scene.settings.joint_solver, JointSolver::automatic);
     try {
       compile<float>(solved_directly(scene));
       ADD_FAILURE() << "was not refused";
