@@ -146,7 +146,7 @@ TYPED_TEST(Armature, SlowsAPendulum) {
 TEST(ArmaturePendulum, IsOfSecondOrderByTheTrapezoidalRule) {
   for (const bool direct : {false, true}) {
     std::vector<double> errors, reduced_errors;
-    for (const u32 steps : {100u, 200u, 400u}) {
+    for (const u32 steps : {400u, 800u, 1600u}) {  // in longer ones the third order shows
       Scene scene = pendulum(1.0 / steps, 0.3, Integrator::trapezoidal);
       scene = direct ? solved_directly(scene) : scene;
       const InitialState<double> state = compile<double>(scene);
@@ -158,7 +158,7 @@ TEST(ArmaturePendulum, IsOfSecondOrderByTheTrapezoidalRule) {
       reduced_errors.push_back(std::abs(angle_of(by_oracle(scene, "reduced_auto", steps)) - pendulum_angle(1, 0.3)));
     }
     for (const std::vector<double>& of : {errors, reduced_errors}) {
-      EXPECT_LT(of[0], 2e-3);
+      EXPECT_LT(of[0], 2e-4);
       EXPECT_NEAR(of[0] / of[1], 4, 0.3);
       EXPECT_NEAR(of[1] / of[2], 4, 0.3);
     }
