@@ -16,28 +16,63 @@
 // Geometric Stiffness for Real-time Constrained Multibody Dynamics, 2017, a diagonal of it where it is needed.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
+#include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
-/// The square of the force that a joint gave in the sub-step before, in time dt, N^2 s^2.
+/// What stiffens a body, by the impulses of the sub-step before, N m s: k h for each principal axis, and a bound of what
+/// couples it with the two others.
 template <class real>
-real squared_joint_impulse(const JointImpulseBlock<real>& given, u32 lane, u32 free) {
-  real sum = 0;
-  for (u32 i = 0; i < 3; ++i) sum = sum + given.locked[i][lane] * given.locked[i][lane];
-  if (free == FREE_ANGLE || free == FREE_NOTHING) return sum;
-  const real along = given.free[lane] + given.impedance[lane];
-  return sum + along * along;
+struct Stiffness {
+  Vec3<real> own, coupled;
+};
+
+template <class real>
+Stiffness<real> geometric_stiffness(const Buffers<real>& b, const StepParams<real>& params, u32 body) {
+  Stiffness<real> sum = {};
+  const Quat<real> q = quat(b.orientations[body]);
+  for (u32 k = b.body_joint_starts[body]; k < b.body_joint_starts[body + 1]; ++k) {
+    const BodyJoint at = b.body_joints[k];
+    const JointInfo& info = b.joint_infos[at.joint];
+    const JointImpulseBlock<real>& given = b.joint_impulses[at.slot / PACK];
+    const u32 lane = at.slot % PACK;
+    Vec3<real> x_a, x_b;
+    Quat<real> q_a, q_b;
+    joint_pose(b, params, info.body_a, x_a, q_a);
+    joint_pose(b, params, info.body_b, x_b, q_b);
+    const CurrentJoint<real> joint =
+        current_joint(b.joints[at.joint], info, joint_sizes(b, at.joint), x_a, q_a, x_b, q_b);
+    Vec3<real> impulse = {};
+    for (u32 row = 0; row < 3; ++row) impulse = add3(impulse, scale3(given.locked[row][lane], joint.axes[row]));
+    if (info.free == FREE_TRAVEL || info.free == FREE_LENGTH)
+      impulse = add3(impulse, scale3(given.free[lane] + given.impedance[lane], joint.free_axis));
+    const Vec3<real> f = unrotate3(q, impulse), r = unrotate3(q, info.body_a == body ? joint.arm_a : joint.arm_b);
+    const real x = std::fabs(f.x * r.x), y = std::fabs(f.y * r.y), z = std::fabs(f.z * r.z);
+    const real yz = real(0.5) * std::fabs(f.y * r.z + f.z * r.y), zx = real(0.5) * std::fabs(f.z * r.x + f.x * r.z),
+               xy = real(0.5) * std::fabs(f.x * r.y + f.y * r.x);
+    sum.own = add3(sum.own, Vec3<real>{y + z, z + x, x + y});
+    sum.coupled = add3(sum.coupled, Vec3<real>{xy + zx, yz + xy, zx + yz});
+  }
+  return sum;
 }
 
-/// The mean angular velocity of a body and of those in a row from each of its joints, rad/s: up to STIFF_ROW of them,
-/// the last the first that is not between two joints.
+/// Whether a sub-step does not stand how it rotates: some I < h^2 k / 2.
 template <class real>
-Vec3<real> mean_rotation(const Buffers<real>& b, u32 bodies, u32 body) {
+bool is_too_light(const Mass<real>& mass, Vec3<real> stiffness, real dt) {
+  const Vec3<real> shares = multiply3(scale3(real(STIFF_INERTIA_SHARE) * dt, stiffness), vec3(mass.inverse_inertia));
+  return shares.x > 1 || shares.y > 1 || shares.z > 1;
+}
+
+/// The mean angular velocity of a body and of those in a row from each of its joints, rad/s: up to STIFF_ROW that are
+/// between two joints and too light.
+template <class real>
+Vec3<real> mean_rotation(const Buffers<real>& b, const StepParams<real>& params, u32 body) {
   Vec3<real> sum = vec3(b.previous_velocities[body].w);
   real count = 1;
   for (u32 k = b.body_joint_starts[body]; k < b.body_joint_starts[body + 1]; ++k) {
@@ -45,11 +80,12 @@ Vec3<real> mean_rotation(const Buffers<real>& b, u32 bodies, u32 body) {
     for (u32 hop = 0; hop < STIFF_ROW; ++hop) {
       const JointInfo& info = b.joint_infos[joint];
       at = info.body_a == at ? info.body_b : info.body_a;
-      if (at >= bodies || at == body || b.body_infos[at].kind != BODY_DYNAMIC) break;
-      sum = add3(sum, vec3(b.previous_velocities[at].w));
-      count = count + 1;
+      if (at >= params.bodies || at == body) break;
       const u32 first = b.body_joint_starts[at];
       if (b.body_joint_starts[at + 1] - first != 2) break;
+      if (!is_too_light(b.masses[at], geometric_stiffness(b, params, at).own, params.dt)) break;
+      sum = add3(sum, vec3(b.previous_velocities[at].w));
+      count = count + 1;
       joint = b.body_joints[b.body_joints[first].joint == joint ? first + 1 : first].joint;
     }
   }
@@ -60,33 +96,25 @@ template <class real>
 void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
   if (step_aborted(b.counters)) return;
   for (u32 i = 0; i < params.bodies; ++i) {
-    const u32 first = b.body_joint_starts[i], end = b.body_joint_starts[i + 1];
-    if (first == end || is_asleep(b, i) || is_pivoted(b.pivots, i)) continue;
-    real moments = 0;  // of impulses, N m s
-    for (u32 k = first; k < end; ++k) {
-      const BodyJoint at = b.body_joints[k];
-      const JointInfo& info = b.joint_infos[at.joint];
-      const Joint<real>& joint = b.joints[at.joint];
-      const Vec3<real> arm = vec3(info.body_a == i ? joint.anchor_a : joint.anchor_b);
-      const real impulse = squared_joint_impulse(b.joint_impulses[at.slot / PACK], at.slot % PACK, info.free);
-      moments = moments + std::sqrt(impulse * dot3(arm, arm));
-    }
-
-    const real least = real(STIFF_INERTIA_SHARE) * params.dt * moments;
+    if (b.body_joint_starts[i] == b.body_joint_starts[i + 1] || is_asleep(b, i) || is_pivoted(b.pivots, i)) continue;
+    const Stiffness<real> stiffness = geometric_stiffness(b, params, i);
     Mass<real> mass = b.masses[i];
+    if (!is_too_light(mass, stiffness.own, params.dt)) continue;
+
+    Vec3<real> k = add3(stiffness.own, stiffness.coupled);
+    if (b.body_infos[i].isotropic != 0) k.x = k.y = k.z = std::max(k.x, std::max(k.y, k.z));
+    const real least[3] = {k.x, k.y, k.z};
     real damped[3];
     for (u32 axis = 0; axis < 3; ++axis) {
-      const real share = least * mass.inverse_inertia[axis];
+      const real inertia = real(STIFF_INERTIA_SHARE) * params.dt * least[axis];
+      const real share = inertia * mass.inverse_inertia[axis];
       damped[axis] = share > 1 ? real(1) - real(1) / share : real(0);
-      if (share > 1) mass.inverse_inertia[axis] = real(1) / least;
+      if (share > 1) mass.inverse_inertia[axis] = real(1) / inertia;
     }
-    if (!(damped[0] > 0 || damped[1] > 0 || damped[2] > 0)) continue;
-
     Motion<real>& motion = b.motions[i];
     const Quat<real> q = quat(b.orientations[i]);
     set_inverse_inertia(motion, mass, b.body_infos[i], q);
-    const Vec3<real> mean = mean_rotation(b, params.bodies, i);
-    const Vec3<real> own = unrotate3(q, sub3(vec3(b.previous_velocities[i].w), mean));
+    const Vec3<real> own = unrotate3(q, sub3(vec3(b.previous_velocities[i].w), mean_rotation(b, params, i)));
     store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(vec3(damped), own))));
   }
 }
