@@ -3,12 +3,14 @@
 // swings across its tension so. Explicit steps stand a stiffness k of up to 4 I / h^2, whatever solves for the
 // impulses.
 //
-// With k = sum |f| |r| of the impulses of the sub-step before, each principal moment of inertia counts, for the
-// impulses of this one, for at least that of a rotation that it stands:
-//   I' = max(I, h^2 k / 2)
+// With the impulses f h of the sub-step before, in the frame of its principal axes, a body is stiffened about x by
+//   k_x = sum |f_y r_y| + |f_z r_z|,   and by no more than   sum |f_x r_y + f_y r_x| / 2   with y, as with z
+// Where h^2 k / 2 is more than I for some axis, each principal moment of inertia counts, for the impulses of this
+// sub-step, for at least
+//   I' = h^2 / 2 (k + what couples the axis with the others)
 // For the constraints let the bodies rotate by less than their sum could, the chain stands what each of its bodies
 // does. What it cannot follow it damps, as an implicit step would, against the mean rotation of the body and of those
-// in a row with it, so that what rotates as one keeps on:
+// in a row with it that are as light, so that what rotates as one keeps on:
 //   w' = w - (1 - I / I') (w_0 - mean w_0)
 // w_0 at the start of the sub-step. What rotates slowly enough, or carries little, is as it was, bit for bit.
 //
@@ -26,8 +28,8 @@
 
 namespace lockstep::reference {
 
-/// What stiffens a body, by the impulses of the sub-step before, N m s: k h for each principal axis, and a bound of what
-/// couples it with the two others.
+/// What stiffens a body, by the impulses of the sub-step before, N m s: k h for each principal axis, and a bound of
+/// what couples it with the two others.
 template <class real>
 struct Stiffness {
   Vec3<real> own, coupled;
