@@ -30,6 +30,7 @@
 #include "cpu_reference/prepare_contacts.hpp"
 #include "cpu_reference/prepare_couplings.hpp"
 #include "cpu_reference/prepare_joints.hpp"
+#include "cpu_reference/project_planar_joints.hpp"
 #include "cpu_reference/push_particles.hpp"
 #include "cpu_reference/relax_constraints.hpp"
 #include "cpu_reference/schedule_contacts.hpp"

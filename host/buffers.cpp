@@ -93,6 +93,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::joint_blocks: return sizes.joint_blocks;
     case Domain::joined: return sizes.joined;
     case Domain::body_joints: return sizes.body_joints;
+    case Domain::planar_joints: return sizes.planar_joints;
     case Domain::couplings: return sizes.couplings;
     case Domain::coupled_joints: return sizes.coupled_joints;
     case Domain::coupling_phases: return std::size_t{sizes.coupling_phases} + 1;

@@ -55,6 +55,7 @@ enum class Domain : u32 {
   joint_blocks,
   joined,
   body_joints,
+  planar_joints,
   couplings,
   coupled_joints,
   coupling_phases,
@@ -123,7 +124,7 @@ struct Sizes {
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 facets = 0, facet_edges = 0, seams = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
-  u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0, body_joints = 0;
+  u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0, body_joints = 0, planar_joints = 0;
   u32 couplings = 0, coupled_joints = 0, coupling_phases = 0;
   u32 articulations = 0, links = 0, link_levels = 0, closures = 0;
   u32 closure_columns = 0;  // answers of links to rows of closures, of all articulations

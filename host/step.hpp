@@ -56,6 +56,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::close_joints, p);
     backend.run(Stage::separate_contacts, p);
     backend.run(Stage::relax_constraints, p);
+    backend.run(Stage::project_planar_joints, p);
     backend.run(Stage::sum_impulses, p);
     backend.run(Stage::integrate_free_flight, p);
     backend.run(Stage::update_particles, p);

@@ -47,6 +47,11 @@ void joint_pose(const Buffers<real>& b, const StepParams<real>& params, u32 body
   q = body < params.bodies ? quat(b.orientations[body]) : Quat<real>{0, 0, 0, 1};
 }
 
+template <class real>
+Quat<real> joint_frame(const real (&q)[4]) {
+  return {q[0], q[1], q[2], q[3]};
+}
+
 /// What only some joints have; 0 of the others, and of all in scenes that have none.
 template <class real>
 struct JointSizes {
@@ -76,10 +81,8 @@ template <class real>
 CurrentJoint<real> current_joint(const Joint<real>& joint, const JointInfo& info, JointSizes<real> sizes,
                                  Vec3<real> x_a, Quat<real> q_a, Vec3<real> x_b, Quat<real> q_b) {
   CurrentJoint<real> current = {};
-  const Quat<real> frame_a =
-      multiply4(q_a, Quat<real>{joint.frame_a[0], joint.frame_a[1], joint.frame_a[2], joint.frame_a[3]});
-  const Quat<real> frame_b =
-      multiply4(q_b, Quat<real>{joint.frame_b[0], joint.frame_b[1], joint.frame_b[2], joint.frame_b[3]});
+  const Quat<real> frame_a = multiply4(q_a, joint_frame(joint.frame_a));
+  const Quat<real> frame_b = multiply4(q_b, joint_frame(joint.frame_b));
   current.axes[0] = rotate3(frame_a, Vec3<real>{1, 0, 0});
   current.axes[1] = rotate3(frame_a, Vec3<real>{0, 1, 0});
   current.axes[2] = rotate3(frame_a, Vec3<real>{0, 0, 1});

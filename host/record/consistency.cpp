@@ -61,6 +61,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::joint_impedances, Feature::joints},
     {Feature::couplings, Feature::joints},
     {Feature::geometric_stiffness, Feature::joints},
+    {Feature::planar_joints, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},
@@ -367,6 +368,16 @@ void expect_body_joints(const Buffers<real>& b) {
   expect_same(Buffer::body_joints, b.body_joints, right.body_joints, "is a joint of another body");
 }
 
+template <class real>
+void expect_planar_joints(const Buffers<real>& b) {
+  Buffers<real> right;
+  right.body_infos = b.body_infos;
+  right.joint_infos = b.joint_infos;
+  right.joints = b.joints;
+  list_planar_joints(right);
+  expect_same(Buffer::planar_joints, b.planar_joints, right.planar_joints, "is no planar joint to what cannot move");
+}
+
 // They follow from bodies and shapes.
 template <class real>
 void expect_shape_trees(const InitialState<real>& state) {
@@ -430,6 +441,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_articulations(state);
   expect_cell_sizes(state.buffers);
   if (has(state.features, Feature::geometric_stiffness)) expect_body_joints(state.buffers);
+  if (has(state.features, Feature::planar_joints)) expect_planar_joints(state.buffers);
   if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }

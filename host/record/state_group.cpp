@@ -65,6 +65,7 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.joint_phases = phases > 0 ? phases - 1 : 0;
   sizes.joined = stored_rows(group, Buffer::joined_bodies);
   sizes.body_joints = stored_rows(group, Buffer::body_joints);
+  sizes.planar_joints = stored_rows(group, Buffer::planar_joints);
   sizes.couplings = stored_rows(group, Buffer::couplings);
   sizes.coupled_joints = stored_rows(group, Buffer::coupled_joints);
   const u32 coupling_phases = stored_rows(group, Buffer::coupling_phases);  // one more than there are

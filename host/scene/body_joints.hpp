@@ -9,4 +9,8 @@ namespace lockstep {
 template <class real>
 void list_body_joints(Buffers<real>& b);
 
+/// Writes planar_joints: of each body that rigid planar joints tie to what cannot move, the first.
+template <class real>
+void list_planar_joints(Buffers<real>& b);
+
 }  // namespace lockstep

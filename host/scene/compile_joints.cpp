@@ -290,6 +290,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     state.sizes.body_joints = static_cast<u32>(b.body_joints.size());
   }
 
+  list_planar_joints(b);
+  state.sizes.planar_joints = static_cast<u32>(b.planar_joints.size());
+  if (!b.planar_joints.empty()) state.features = with(state.features, Feature::planar_joints);
+
   state.features = with(state.features, Feature::joints);
   if (settings.integrator != Integrator::semi_implicit_euler)
     state.features = with(state.features, Feature::joints_ahead);

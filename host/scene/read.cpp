@@ -13,6 +13,7 @@
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/particle_law.hpp"
+#include "host/scene/planar_bodies.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
 #include "host/scene/renamed_keys.hpp"
@@ -194,6 +195,8 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed, 
   scene.categories = categories.names();
   scene.seeded = names.seeded;
   for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
+  for (u32 i = 0; i < scene.bodies.size(); ++i)
+    if (auto joint = planar_joint_of(scene.bodies[i], i)) scene.joints.push_back(std::move(*joint));
   expect_joints_of_passing(scene);
   if (root.has("couplings"))
     for (CouplingDescription& coupling : read_couplings(root.at("couplings"), scene))

@@ -165,11 +165,27 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
   }
 }
 
+// The plane of a body that has three coordinates; "xyz" is any other body.
+void read_plane(const JsonNode& node, BodyDescription& body) {
+  const JsonNode dof = node.at("dof");
+  body.plane_normal = dof.choice<Vector3>(
+      "set of coordinates", {{"xyz", {0, 0, 0}}, {"xy", {0, 0, 1}}, {"yz", {1, 0, 0}}, {"xz", {0, 1, 0}}});
+  if (body.plane_normal == Vector3{0, 0, 0}) return;
+  if (body.kind != BODY_DYNAMIC) dof.fail("is for dynamic bodies: others move as they are told");
+  if (body.pivoted) dof.fail("does not go with a pivot; add a hinge to \"world\" instead");
+  const double across = exact::dot(body.plane_normal, body.velocity);
+  const Vector3 about = exact::subtract(
+      body.angular_velocity, exact::dot(body.plane_normal, body.angular_velocity) * body.plane_normal);
+  if (across != 0) dof.fail("leaves the body no velocity across its plane, and \"velocity\" has some");
+  if (exact::length(about) > 1e-9 * exact::length(body.angular_velocity))
+    dof.fail("lets the body rotate about the normal of its plane alone, and its angular velocity has another axis");
+}
+
 }  // namespace
 
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
-                      "angular_velocity", "angular_velocity_body", "pivot", "com_offset", "continuous", "shapes"});
+                      "angular_velocity", "angular_velocity_body", "pivot", "com_offset", "continuous", "dof", "shapes"});
   BodyDescription body;
   if (node.has("name")) body.name = node.at("name").text();
   if (node.has("type")) {
@@ -185,6 +201,7 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
   read_mass(node, body);
   read_pivot(node, body);
   read_motion(node, body);
+  if (node.has("dof")) read_plane(node, body);
   if (node.has("continuous")) body.continuous = node.at("continuous").boolean();
   if (body.continuous && body.kind == BODY_STATIC)
     node.at("continuous").fail("a static body does not move; make the bodies that hit it continuous, or remove this");

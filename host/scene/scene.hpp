@@ -104,6 +104,8 @@ struct BodyDescription {
   bool pivoted = false;
   Vector3 com_offset = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
   bool continuous = false;         // its impacts are looked for within the step
+  Vector3 plane_normal = {0, 0, 0};  // of the plane that it moves in, world frame, in a file and in World::add, which
+                                     // make a planar joint of it; 0: it moves in all directions
   std::vector<ShapeDescription> shapes = {};
 };
 

@@ -67,10 +67,11 @@ constexpr std::optional<Solver> find_solver(std::string_view name) {
   return std::nullopt;
 }
 
+/// Whether it is an oracle in the coordinates of joints.
+inline bool is_reduced(Solver solver) { return std::string_view(info(solver).name).starts_with("reduced_"); }
+
 /// Whether it goes down a gradient: hard contacts and joints as one convex problem, another model
 /// (cpu_reference/gradient/descent.hpp).
-/// Oracles in the coordinates of joints.
-inline bool is_reduced(Solver solver) { return std::string_view(info(solver).name).starts_with("reduced_"); }
 inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
 /// Friction model. `cones`: each contact point has a cone of its own, exact Coulomb friction; `patches`: the contacts

@@ -11,6 +11,7 @@
 
 #include "host/record/recording_writer.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/scene/planar_bodies.hpp"
 #include "host/scene/touching.hpp"
 #include "host/world/engine.hpp"
 #include "host/world/handles.hpp"
@@ -205,7 +206,9 @@ struct World::Impl {
   BodyHandle add(const BodyDescription& body) {
     scene.bodies.push_back(body);
     change();
-    return bodies.add();
+    const BodyHandle handle = bodies.add();
+    if (auto joint = planar_joint_of(body, bodies.index(handle))) add(std::move(*joint));
+    return handle;
   }
 
   // Where a body of the scene stands, without making the engine anew for those that it does not have yet.

@@ -258,6 +258,11 @@ void launch_add_geometric_stiffness(Launcher& launcher) {
   launcher.run("add_geometric_stiffness", launcher.plan().sizes.bodies);
 }
 
+void launch_project_planar_joints(Launcher& launcher) {
+  const u32 planar_joints = launcher.plan().sizes.planar_joints;
+  launcher.run("project_planar_joints", planar_joints, {{"planar_count", planar_joints}});
+}
+
 void launch_prepare_joints(Launcher& launcher) {
   launcher.run("prepare_joints", launcher.plan().sizes.joint_blocks * PACK);
 }
