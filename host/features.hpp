@@ -61,7 +61,7 @@ enum class Feature : std::uint64_t {
   joint_impedances = 1ull << 50,    // some have armature, or a spring beside limits
   couplings = 1ull << 51,           // free coordinates of some are tied to each other
   geometric_stiffness =
-      1ull << 52,  // joints that carry much let light bodies between them rotate by what a step stands
+      1ull << 52,              // joints that carry much let light bodies between them rotate by what a step stands
   planar_joints = 1ull << 53,  // planar joints tie some bodies to what cannot move
   // what needs one of several
   constraints = contacts | joints,

@@ -23,7 +23,8 @@ Scene flat_heap(u32 columns, u32 rows) {
   std::string bodies = R"({"type": "static", "shapes": [{"type": "plane"}]})";
   Random random(7);
   for (u32 i = 0; i < columns * rows; ++i) {
-    const char* const shapes[] = {R"({"type": "box", "size": [0.4, 0.2, 0.3]})", R"({"type": "sphere", "radius": 0.15})",
+    const char* const shapes[] = {R"({"type": "box", "size": [0.4, 0.2, 0.3]})",
+                                  R"({"type": "sphere", "radius": 0.15})",
                                   R"({"type": "capsule", "radius": 0.1, "length": 0.3})"};
     bodies += R"(, {"dof": "xz", "mass": )" + std::to_string(random.between(1, 4)) + R"(, "position": [)" +
               std::to_string(0.5 * (i % columns) + random.between(-0.1, 0.1)) + ", " +
@@ -65,7 +66,8 @@ TYPED_TEST(ProjectPlanarJoints, TwoDimensionsStayTwo) {
     watch_steps<real>(scene, 300, [&](const Buffers<real>& b, u32 step) {
       for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
         const double rounding = sizeof(real) == 4 ? 1e-7 : 1e-16;
-        ASSERT_NEAR(double(b.positions[i].y), scene.bodies[i].position[1], rounding) << "body " << i << " step " << step;
+        ASSERT_NEAR(double(b.positions[i].y), scene.bodies[i].position[1], rounding)
+            << "body " << i << " step " << step;
         ASSERT_NEAR(double(b.motions[i].v[1]), 0, 20 * rounding);
         const Vector3 y = rotate({double(b.orientations[i].x), double(b.orientations[i].y), double(b.orientations[i].z),
                                   double(b.orientations[i].w)},
