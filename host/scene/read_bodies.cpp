@@ -174,10 +174,9 @@ void read_plane(const JsonNode& node, BodyDescription& body) {
   if (body.kind != BODY_DYNAMIC) dof.fail("is for dynamic bodies: others move as they are told");
   if (body.pivoted) dof.fail("does not go with a pivot; add a hinge to \"world\" instead");
   const double across = exact::dot(body.plane_normal, body.velocity);
-  const Vector3 about =
-      exact::subtract(body.angular_velocity, exact::dot(body.plane_normal, body.angular_velocity) * body.plane_normal);
+  const double other_axes = exact::length(exact::cross(body.plane_normal, body.angular_velocity));
   if (across != 0) dof.fail("leaves the body no velocity across its plane, and \"velocity\" has some");
-  if (exact::length(about) > 1e-9 * exact::length(body.angular_velocity))
+  if (other_axes > 1e-9 * exact::length(body.angular_velocity))
     dof.fail("lets the body rotate about the normal of its plane alone, and its angular velocity has another axis");
 }
 
