@@ -27,7 +27,7 @@ void list_body_joints(Buffers<real>& b) {
 
 template <class real>
 void list_planar_joints(Buffers<real>& b) {
-  const auto kind = [&](u32 body) { return body < b.body_infos.size() ? b.body_infos[body].kind : BODY_STATIC; };
+  const auto kind = [&](u32 body) -> u32 { return body < b.body_infos.size() ? b.body_infos[body].kind : BODY_STATIC; };
   std::vector<bool> taken(b.body_infos.size(), false);
   b.planar_joints.clear();
   for (u32 joint = 0; joint < b.joint_infos.size(); ++joint) {
