@@ -27,16 +27,17 @@ void list_body_joints(Buffers<real>& b) {
 
 template <class real>
 void list_planar_joints(Buffers<real>& b) {
-  const auto kind = [&](u32 body) -> u32 { return body < b.body_infos.size() ? b.body_infos[body].kind : BODY_STATIC; };
+  const auto is = [&](BodyKind kind, u32 body) {
+    return body < b.body_infos.size() ? b.body_infos[body].kind == kind : kind == BODY_STATIC;
+  };
   std::vector<bool> taken(b.body_infos.size(), false);
   b.planar_joints.clear();
   for (u32 joint = 0; joint < b.joint_infos.size(); ++joint) {
     const JointInfo& info = b.joint_infos[joint];
-    const u32 body = kind(info.body_b) == BODY_DYNAMIC ? info.body_b : info.body_a;
+    const u32 body = is(BODY_DYNAMIC, info.body_b) ? info.body_b : info.body_a;
     const u32 other = body == info.body_b ? info.body_a : info.body_b;
-    if (info.kind != JOINT_PLANAR || b.joints[joint].spring != 0 || kind(body) != BODY_DYNAMIC ||
-        kind(other) != BODY_STATIC || taken[body])
-      continue;
+    const bool is_rigid = info.kind == JOINT_PLANAR && b.joints[joint].spring == 0;
+    if (!is_rigid || !is(BODY_DYNAMIC, body) || !is(BODY_STATIC, other) || taken[body]) continue;
     taken[body] = true;
     b.planar_joints.push_back(joint);
   }
