@@ -425,6 +425,10 @@ TEST(World, RefusesInvalidArguments) {
   EXPECT_EQ(refusal([&] { World(ground_scene(), {.device = "reference", .precision = "half"}); }),
             "settings.precision: must be float or double, is half");
   EXPECT_EQ(refusal([&] { world.pose(BodyHandle{}); }), "body with the handle 4294967295: is not in this world");
+  World other(ground_scene(), {.device = "reference"});
+  EXPECT_EQ(refusal([&] { world.pose(other.bodies()[0]); }), "body with the handle 0: is of another world");
+  EXPECT_FALSE(world.contains(other.bodies()[0]));
+  EXPECT_TRUE(world.contains(BodyHandle{0}));
   world.step();  // and is none the worse
 }
 

@@ -13,10 +13,15 @@
 
 namespace lockstep::app {
 
+// What CLI11 would read in base eight.
+static bool is_octal(const std::string& text) {
+  return text.size() > 1 && text[0] == '0' && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
 const CLI::Validator positive(
     [](const std::string& text) {
       double value = 0;
-      const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
+      const bool good = !is_octal(text) && CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
       return good ? std::string() : "must be a number > 0, is '" + text + "'";
     },
     "> 0");
@@ -24,7 +29,7 @@ const CLI::Validator positive(
 const CLI::Validator finite(
     [](const std::string& text) {
       double value = 0;
-      const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+      const bool good = !is_octal(text) && CLI::detail::lexical_cast(text, value) && std::isfinite(value);
       return good ? std::string() : "must be a finite number, is '" + text + "'";
     },
     "");
@@ -165,7 +170,8 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       ->type_name("[> 0, s]")
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
-  command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws");
+  command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws")
+      ->check(CLI::Validator(finite).description(""));
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
 }

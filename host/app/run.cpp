@@ -358,6 +358,7 @@ void add_run(CLI::App& program) {
           "--worlds", options->worlds,
           "Independent copies of the scene, seeded --seed, --seed + 1, ..., each with the bits that it has alone; "
           "mpirun distributes them")
+      ->check(CLI::Validator(positive).description(""))
       ->check(CLI::Range(1u, 10000000u))
       ->capture_default_str();
   add_file_option(*command, "--report", options->report,

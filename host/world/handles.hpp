@@ -22,12 +22,12 @@ inline void rename_without(std::vector<u32>& names, u32 gone) {
 template <class Handle>
 class Handles {
  public:
-  /// `what` one is called where it is asked for and not there.
-  explicit Handles(const char* what) : what_(what) {}
+  /// `what` one is called where it is asked for and not there; `world`: its number, from 1.
+  Handles(const char* what, u32 world) : what_(what), world_(world) {}
 
   /// Of what has come to the end of the list.
   Handle add() {
-    all_.push_back({static_cast<u32>(index_of_.size())});
+    all_.push_back({static_cast<u32>(index_of_.size()), world_});
     index_of_.push_back(static_cast<u32>(all_.size()) - 1);
     return all_.back();
   }
@@ -37,14 +37,15 @@ class Handles {
     rename_without(index_of_, index);
   }
 
-  bool contains(Handle handle) const { return handle.id < index_of_.size() && index_of_[handle.id] != NONE; }
+  bool contains(Handle handle) const { return was_given(handle) && index_of_[handle.id] != NONE; }
   /// Throws Error (input) where it is gone.
   u32 index(Handle handle) const {
     if (contains(handle)) return index_of_[handle.id];
+    if (!is_of_this_world(handle)) throw Error(Failure::input, called("", handle), "is of another world");
     const auto gone = names_of_gone_.find(handle.id);
     const std::string name = gone == names_of_gone_.end() ? std::string() : gone->second;
     throw Error(Failure::input, called(name, handle),
-                handle.id < index_of_.size() ? "is not in this world any more" : "is not in this world");
+                was_given(handle) ? "is not in this world any more" : "is not in this world");
   }
 
   /// What errors call it: `body "crate"`, or by its handle where it has no name.
@@ -64,7 +65,11 @@ class Handles {
   const std::vector<Handle>& all() const { return all_; }
 
  private:
+  bool is_of_this_world(Handle handle) const { return handle.world == 0 || handle.world == world_; }
+  bool was_given(Handle handle) const { return is_of_this_world(handle) && handle.id < index_of_.size(); }
+
   std::string what_;
+  u32 world_;
   std::vector<Handle> all_;                   // in the order of the list
   std::vector<u32> index_of_;                 // by id; NONE: removed
   std::map<u32, std::string> names_of_gone_;  // by id

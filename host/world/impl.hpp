@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -30,11 +31,18 @@ struct Population {
   Handles<JointHandle> joints;
 };
 
+// Worlds of this process, counted from 1.
+inline u32 next_world_number() {
+  static std::atomic<u32> worlds = 0;
+  return ++worlds;
+}
+
 struct World::Impl {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
-  Handles<BodyHandle> bodies{"body"};    // of the scene's bodies
-  Handles<JointHandle> joints{"joint"};  // of its joints
+  const u32 number = next_world_number();
+  Handles<BodyHandle> bodies{"body", number};    // of the scene's bodies
+  Handles<JointHandle> joints{"joint", number};  // of its joints
 
   std::shared_ptr<Engine> engine;  // snapshots keep theirs
   IndexMap index_map;              // from the engine's bodies and joints to the scene's

@@ -62,6 +62,8 @@ class Errors(unittest.TestCase):
         self.assertIn("/bodies", self.refusal(lambda: world.add_joint({"type": "ball", "bodies": ["a", "b"]}, ball)))
         self.assertIn("unknown joint", self.refusal(lambda: world.add_joint({"type": "hing"}, ball)))
         self.assertIn("body with the handle 7: is not in this world", self.refusal(lambda: world.pose(lockstep.Body(7))))
+        other = lockstep.World({"bodies": [BALL]}, device="reference")
+        self.assertIn("is of another world", self.refusal(lambda: world.pose(other.bodies[0])))
         self.assertIn("finite", self.refusal(lambda: world.apply_impulse(ball, [float("inf"), 0, 0])))
         self.assertIn("kinematic", self.refusal(lambda: world.set_kinematic_target(ball, [0, 0, 0])))
         self.assertIn("times must rise", self.refusal(lambda: world.set_load_table(ball, [1, 0], [[0] * 6] * 2)))
