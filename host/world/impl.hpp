@@ -40,9 +40,9 @@ inline u32 next_world_number() {
 struct World::Impl {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
-  const u32 number = next_world_number();
-  Handles<BodyHandle> bodies{"body", number};    // of the scene's bodies
-  Handles<JointHandle> joints{"joint", number};  // of its joints
+  const u32 world_number = next_world_number();
+  Handles<BodyHandle> bodies{"body", world_number};    // of the scene's bodies
+  Handles<JointHandle> joints{"joint", world_number};  // of its joints
 
   std::shared_ptr<Engine> engine;  // snapshots keep theirs
   IndexMap index_map;              // from the engine's bodies and joints to the scene's
