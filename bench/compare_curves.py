@@ -38,29 +38,34 @@ def best(trials):
     return front
 
 
-parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("old", type=argparse.FileType())
-parser.add_argument("new", type=argparse.FileType())
-parser.add_argument("--floor", type=float, default=1e-9)
-parser.add_argument("--shared", action="store_true")
-options = parser.parse_args()
-files = [list(csv.DictReader(file)) for file in (options.old, options.new)]
-if options.shared:
-    shared = set(map(setting, files[0])) & set(map(setting, files[1]))
-    files = [[row for row in rows if setting(row) in shared] for rows in files]
-old, new = [curves(rows, options.floor) for rows in files]
-everything = []
-for key in sorted(old.keys() & new.keys()):
-    front = best(old[key])
-    ratios = []
-    for error, time, method in front:
-        times = [t for e, t, _ in new[key] if e <= 1.05 * error]
-        ratios.append((min(times) / time if times else math.inf, error, method))
-    worst = max(ratios)
-    everything += [ratio for ratio, *_ in ratios]
-    told = "none" if worst[0] == math.inf else f"{worst[0]:.2f}"
-    print(f"{' '.join(key[:3])}, {key[3]}: median {statistics.median(r for r, *_ in ratios):.2f} of {len(ratios)}, "
-          f"worst {told} at an error of {worst[1]:.2g} ({worst[2]})")
-print(f"{len(everything)} trials: median {statistics.median(everything):.2f}, "
-      f"{sum(r > 1.2 for r in everything)} slower by more than a fifth, {sum(r == math.inf for r in everything)} as good by none"
-      if everything else "nothing in both files")
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("old", type=argparse.FileType())
+    parser.add_argument("new", type=argparse.FileType())
+    parser.add_argument("--floor", type=float, default=1e-9)
+    parser.add_argument("--shared", action="store_true")
+    options = parser.parse_args()
+    files = [list(csv.DictReader(file)) for file in (options.old, options.new)]
+    if options.shared:
+        shared = set(map(setting, files[0])) & set(map(setting, files[1]))
+        files = [[row for row in rows if setting(row) in shared] for rows in files]
+    old, new = [curves(rows, options.floor) for rows in files]
+    everything = []
+    for key in sorted(old.keys() & new.keys()):
+        front = best(old[key])
+        ratios = []
+        for error, time, method in front:
+            times = [t for e, t, _ in new[key] if e <= 1.05 * error]
+            ratios.append((min(times) / time if times else math.inf, error, method))
+        worst = max(ratios)
+        everything += [ratio for ratio, *_ in ratios]
+        told = "none" if worst[0] == math.inf else f"{worst[0]:.2f}"
+        print(f"{' '.join(key[:3])}, {key[3]}: median {statistics.median(r for r, *_ in ratios):.2f} of {len(ratios)}, "
+              f"worst {told} at an error of {worst[1]:.2g} ({worst[2]})")
+    print(f"{len(everything)} trials: median {statistics.median(everything):.2f}, "
+          f"{sum(r > 1.2 for r in everything)} slower by more than a fifth, {sum(r == math.inf for r in everything)} as good by none"
+          if everything else "nothing in both files")
+
+
+if __name__ == "__main__":
+    main()
