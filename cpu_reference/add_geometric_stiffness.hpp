@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cpu_reference/gyroscopic.hpp"
 #include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/sleep.hpp"
@@ -114,7 +115,9 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
       if (share > 1) mass.inverse_inertia[axis] = real(1) / inertia;
     }
     Motion<real>& motion = b.motions[i];
-    const Quat<real> q = quat(b.orientations[i]);
+    Quat<real> q = quat(b.orientations[i]);
+    if (acts_in_middle(params, b.body_infos[i], false))
+      q = unit4(multiply4(rotation_to_middle(vec3(b.previous_velocities[i].w), params.dt), q));
     set_inverse_inertia(motion, mass, b.body_infos[i], q);
     const Vec3<real> own = unrotate3(q, sub3(vec3(b.previous_velocities[i].w), mean_rotation(b, params, i)));
     store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(vec3(damped), own))));

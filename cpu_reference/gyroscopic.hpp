@@ -128,4 +128,37 @@ FreeStep<real> gyroscopic_step(const Mass<real>& mass, Vec3<real> w, Vec3<real> 
   return {w, rotation};
 }
 
+/// Whether the impulses of a sub-step act on a body as it is in its middle: by the trapezoidal rule, where its moments
+/// of inertia differ.
+template <class real>
+bool acts_in_middle(const StepParams<real>& params, const BodyInfo& info, bool pivoted) {
+  return params.theta == real(0.5) && info.kind == BODY_DYNAMIC && is_gyroscopic(params, info) && !pivoted;
+}
+
+/// How a body has rotated by the middle of a sub-step, not of unit length. What rotates with w keeps it.
+template <class real>
+Quat<real> rotation_to_middle(Vec3<real> w_old, real dt) {
+  return rotation_by(w_old, real(0.5) * dt);
+}
+
+/// What the gyroscopic moment takes off an angular velocity over dt, body frame, of a step that ends with w_new.
+template <class real>
+Vec3<real> gyroscopic_loss(const Mass<real>& mass, Vec3<real> w_old, Vec3<real> w_new, real theta, real dt) {
+  return scale3(dt, gyroscopic_term(gyroscopic_ratios(mass), mean3(theta, w_old, w_new)));
+}
+
+/// The angular velocity w that impulses leave, with the gyroscopic moment of it instead of that of the free rotation.
+/// q: the orientation in the middle of the step. Where a body rotates by more than a radian, w.
+template <class real>
+Vec3<real> correct_gyroscopic_moment(const StepParams<real>& params, const Mass<real>& mass,
+                                     const FreeRotation<real>& free_rotation, Quat<real> q, Vec3<real> w_old,
+                                     Vec3<real> w) {
+  const real dt = params.dt;
+  const Vec3<real> before = unrotate3(q, w_old), foreseen = unrotate3(q, vec3(free_rotation.w)),
+                   after = unrotate3(q, w);
+  if (std::max(dot3(before, before), dot3(after, after)) * (dt * dt) > real(1)) return w;
+  const Vec3<real> lost = gyroscopic_loss(mass, before, after, params.gyroscopic_theta, dt);
+  return add3(w, rotate3(q, sub3(gyroscopic_loss(mass, before, foreseen, params.gyroscopic_theta, dt), lost)));
+}
+
 }  // namespace lockstep::reference

@@ -43,13 +43,15 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];
     const Mass<real> mass = b.masses[i];
-    const Quat<real> q = quat(b.orientations[i]);
+    const Quat<real> start_q = quat(b.orientations[i]);
     Motion<real>& motion = b.motions[i];
     Vec3<real> v = vec3(motion.v);
     Vec3<real> w = vec3(motion.w);
     b.previous_velocities[i] = make_velocity(v, w);
-    set_inverse_inertia(motion, mass, info, q);
     if (params.substep == 0 && info.kind == BODY_DYNAMIC) measure_body(b, params, i);
+    const bool in_middle = acts_in_middle(params, info, is_pivoted(b.pivots, i));
+    const Quat<real> q = in_middle ? unit4(multiply4(rotation_to_middle(w, params.dt), start_q)) : start_q;
+    set_inverse_inertia(motion, mass, info, q);
 
     FreeRotation<real> record = {};
 
@@ -82,7 +84,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         }
         w = add3(w, rotate3(q, change));  // rounding of its length, which comes with rotations, would add up
         if (gyroscopic && !pivoted) {
-          const Vec3<real> axis = rotate3(q, Vec3<real>{step.rotation.x, step.rotation.y, step.rotation.z});
+          const Vec3<real> axis = rotate3(start_q, Vec3<real>{step.rotation.x, step.rotation.y, step.rotation.z});
           const Vec3<real> gyroscopic_change = sub3(change, delta_w);
           record = make_free_rotation(Quat<real>{axis.x, axis.y, axis.z, step.rotation.w}, w,
                                       free_share<real> * dot3(gyroscopic_change, gyroscopic_change));

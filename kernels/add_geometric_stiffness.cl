@@ -2,6 +2,7 @@
 // Lets light bodies between joints that carry much rotate by what a sub-step stands
 // (cpu_reference/add_geometric_stiffness.hpp states the method).
 #include "common.h"
+#include "gyroscopic.h"
 #include "joints/current_joint.h"
 #include "math.h"
 #include "rigid_body.h"
@@ -121,9 +122,11 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
       if (share > (real)1) mass.inverse_inertia[axis] = (real)1 / inertia;
     }
     Motion motion = motions[i];
-    const Quat q = quat(orientations[i]);
-    set_inverse_inertia(&motion, mass, body_infos[i], q);
+    Quat q = quat(orientations[i]);
     const Velocity velocity = previous_velocities[i];
+    if (acts_in_middle(&params, body_infos[i], false))
+      q = unit4(multiply4(rotation_to_middle(vec3(velocity.w), params.dt), q));
+    set_inverse_inertia(&motion, mass, body_infos[i], q);
     const Vec3 own = unrotate3(q, sub3(vec3(velocity.w), mean_rotation(&s, i)));
     store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(make3(damped[0], damped[1], damped[2]), own))));
     motions[i] = motion;

@@ -93,4 +93,24 @@ static inline FreeStep gyroscopic_step(Mass mass, Vec3 w, Vec3 delta_w, real the
   return step;
 }
 
+static inline bool acts_in_middle(const StepParams* params, BodyInfo info, bool pivoted) {
+  return params->theta == (real)0.5 && info.kind == BODY_DYNAMIC && IS_GYROSCOPIC(*params, info) && !pivoted;
+}
+
+static inline Quat rotation_to_middle(Vec3 w_old, real dt) { return rotation_by(w_old, (real)0.5 * dt); }
+
+static inline Vec3 gyroscopic_loss(Mass mass, Vec3 w_old, Vec3 w_new, real theta, real dt) {
+  return scale3(dt, gyroscopic_term(gyroscopic_ratios(mass), mean3(theta, w_old, w_new)));
+}
+
+static inline Vec3 correct_gyroscopic_moment(const StepParams* params, Mass mass, FreeRotation free_rotation, Quat q,
+                                             Vec3 w_old, Vec3 w) {
+  const real dt = params->dt;
+  const Vec3 before = unrotate3(q, w_old), foreseen = unrotate3(q, vec3(free_rotation.w)), after = unrotate3(q, w);
+  const real old_squared = dot3(before, before), new_squared = dot3(after, after);
+  if ((old_squared < new_squared ? new_squared : old_squared) * (dt * dt) > (real)1) return w;
+  const Vec3 lost = gyroscopic_loss(mass, before, after, params->gyroscopic_theta, dt);
+  return add3(w, rotate3(q, sub3(gyroscopic_loss(mass, before, foreseen, params->gyroscopic_theta, dt), lost)));
+}
+
 #endif

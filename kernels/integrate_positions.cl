@@ -1,15 +1,17 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
+#include "gyroscopic.h"
 #include "math.h"
 #include "rigid_body.h"
 #include "sleep.h"
 #include "types.h"
 
 // The formulas and their sources are in cpu_reference/integrate_positions.hpp.
-kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Pivot* pivots,
-                                global const Sleeper* sleepers, global const Velocity* previous_velocities,
-                                global const FreeRotation* free_rotations, global Vec4* positions,
-                                global Vec4* orientations, global Motion* motions, global u32* counters) {
+kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Mass* masses,
+                                global const Pivot* pivots, global const Sleeper* sleepers,
+                                global const Velocity* previous_velocities, global const FreeRotation* free_rotations,
+                                global Vec4* positions, global Vec4* orientations, global Motion* motions,
+                                global u32* counters) {
   if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -34,9 +36,16 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
       free = is_free(own, w);
       if (free) rotation = free_rotation(own);
     }
+    const bool in_middle = acts_in_middle(&params, info, pivoted);
+    const Quat to_middle =
+        rotation_to_middle(in_middle ? vec3(previous.w) : make3((real)0, (real)0, (real)0), params.dt);
+    if (in_middle && !free)
+      w = correct_gyroscopic_moment(&params, masses[i], free_rotations[i], unit4(multiply4(to_middle, old_q)),
+                                    vec3(previous.w), w);
     if (!free) rotation = rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
     const Quat q = unit4(multiply4(rotation, old_q));
     const bool carried = free || (gyroscopic && params.theta != (real)1);
+    if (in_middle) w = rotate_by(make4(-to_middle.x, -to_middle.y, -to_middle.z, to_middle.w), w);
     if (carried) w = rotate_by(rotation, w);
 
     Vec4 position = positions[i];

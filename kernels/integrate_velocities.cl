@@ -33,15 +33,17 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
     const Mass mass = masses[i];
-    const Quat q = quat(orientations[i]);
+    const Quat start_q = quat(orientations[i]);
     Motion motion = motions[i];
     Vec3 v = vec3(motion.v);
     Vec3 w = vec3(motion.w);
     previous_velocities[i] = make_velocity(v, w);
-    set_inverse_inertia(&motion, mass, info, q);
     if (params.substep == 0u && info.kind == BODY_DYNAMIC)
       measure_body(params.units_per_joule, mass, info, IS_PIVOTED(pivots, i), vec3_of(gravities[info.world]),
-                   vec3_of(positions[i]), q, v, w, &measure);
+                   vec3_of(positions[i]), start_q, v, w, &measure);
+    const bool in_middle = acts_in_middle(&params, info, IS_PIVOTED(pivots, i));
+    const Quat q = in_middle ? unit4(multiply4(rotation_to_middle(w, params.dt), start_q)) : start_q;
+    set_inverse_inertia(&motion, mass, info, q);
 
     FreeRotation record = {{(real)0, (real)0, (real)0, (real)0}, {(real)0, (real)0, (real)0}, (real)0};
 
@@ -73,7 +75,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         }
         w = add3(w, rotate3(q, change));
         if (gyroscopic && !pivoted) {
-          const Vec3 axis = rotate3(q, make3(step.rotation.x, step.rotation.y, step.rotation.z));
+          const Vec3 axis = rotate3(start_q, make3(step.rotation.x, step.rotation.y, step.rotation.z));
           const Vec3 gyroscopic_change = sub3(change, delta_w);
           record = make_free_rotation(make4(axis.x, axis.y, axis.z, step.rotation.w), w,
                                       FREE_SHARE * dot3(gyroscopic_change, gyroscopic_change));
