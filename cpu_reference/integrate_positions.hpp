@@ -9,8 +9,9 @@
 // Where a gyroscopic moment acts, integrate_velocities has computed the body-frame components of the new angular
 // velocity: it is carried along as the body rotates. A body that no impulse has pushed since then rotates as
 // computed there, which keeps its angular momentum. One that is held or hit rotates by w_th, as its joints and contacts
-// were solved (at th = 1 that is about w itself, which leaves w as it is). A body on a pivot only rotates, by w_th; its
-// centre of mass follows.
+// were solved (at th = 1 that is about w itself, which leaves w as it is). At th = 1/2 they were solved in the middle
+// of the sub-step: there w gets the gyroscopic moment of what they left, and from there it is carried on. A body on a
+// pivot only rotates, by w_th; its centre of mass follows.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"

@@ -4,7 +4,7 @@
 //   I (w' - w) + dt w_th x I w_th = dt tau,   w_th = (1 - th) w + th w'                 Euler, survey eq. 8
 //
 // with the force f and the torque tau that a user, and the particles of other bodies, put on the body (Load), taken at
-// the old orientation.
+// the old orientation, or at th = 1/2 at that in the middle of the step (gyroscopic.hpp, acts_in_middle).
 //
 // Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
 // are written back as seen from the old orientation. th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto,
