@@ -87,7 +87,7 @@ Vector3 end_of(Scene scene, const char* solver, JointSolver joint_solver, u32 st
 
 class OrderInSpace : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Joints, OrderInSpace, testing::ValuesIn(cases()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& at) { return std::string(at.param.name); });
 
 TEST_P(OrderInSpace, IsTwo) {
   const Scene& scene = GetParam().scene;
@@ -196,9 +196,10 @@ TEST(OrderInSpace, BricardKeepsItsEnergy) {
   scene.settings.integrator = Integrator::trapezoidal;
   scene.settings.dt = 0.00025;
   World world(scene, in_double());
-  const double first = world.errors().energy;
+  const auto energy = [&] { return world.errors().kinetic + world.errors().potential; };
+  const double first = energy();
   world.step(40000);  // 10 s
-  EXPECT_NEAR(world.errors().energy, first, 1e-5);
+  EXPECT_NEAR(energy(), first, 1e-5);
 }
 
 }  // namespace
