@@ -357,24 +357,18 @@ void expect_gradient(const InitialState<real>& state) {
 }
 
 template <class real>
-void expect_body_joints(const Buffers<real>& b) {
-  Buffers<real> right;
-  right.body_infos = b.body_infos;
-  right.joint_infos = b.joint_infos;
-  right.joint_lanes = b.joint_lanes;
-  list_body_joints(right);
-  expect_same(Buffer::body_joint_starts, b.body_joint_starts, right.body_joint_starts,
-              "counts other joints than there are");
-  expect_same(Buffer::body_joints, b.body_joints, right.body_joints, "is a joint of another body");
-}
-
-template <class real>
-void expect_planar_joints(const Buffers<real>& b) {
+void expect_joint_lists(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
   Buffers<real> right;
   right.body_infos = b.body_infos;
   right.joint_infos = b.joint_infos;
   right.joints = b.joints;
-  list_planar_joints(right);
+  right.joint_lanes = b.joint_lanes;
+  if (has(state.features, Feature::geometric_stiffness)) list_body_joints(right);
+  if (has(state.features, Feature::planar_joints)) list_planar_joints(right);
+  expect_same(Buffer::body_joint_starts, b.body_joint_starts, right.body_joint_starts,
+              "counts other joints than there are");
+  expect_same(Buffer::body_joints, b.body_joints, right.body_joints, "is a joint of another body");
   expect_same(Buffer::planar_joints, b.planar_joints, right.planar_joints, "is no planar joint to what cannot move");
 }
 
@@ -440,8 +434,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_couplings(state.buffers, state.sizes);
   expect_articulations(state);
   expect_cell_sizes(state.buffers);
-  if (has(state.features, Feature::geometric_stiffness)) expect_body_joints(state.buffers);
-  if (has(state.features, Feature::planar_joints)) expect_planar_joints(state.buffers);
+  expect_joint_lists(state);
   if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }

@@ -107,12 +107,12 @@ TEST_P(OrderInSpace, IsTwo) {
 }
 
 // Rates of (q, w) of a body that a ball joint holds in the origin, at c in its frame, in its frame.
-struct Spinning {
+struct Rotation {
   Quaternion q;
   Vector3 w;
 };
 
-Spinning rates(const Spinning& s, double mass, const Vector3& c, const Vector3& moments, const Vector3& gravity) {
+Rotation rates(const Rotation& s, double mass, const Vector3& c, const Vector3& moments, const Vector3& gravity) {
   const Vector3 about = {moments[0] + mass * (c[1] * c[1] + c[2] * c[2]),
                          moments[1] + mass * (c[0] * c[0] + c[2] * c[2]),
                          moments[2] + mass * (c[0] * c[0] + c[1] * c[1])};
@@ -126,20 +126,20 @@ Spinning rates(const Spinning& s, double mass, const Vector3& c, const Vector3& 
           {left[0] / about[0], left[1] / about[1], left[2] / about[2]}};
 }
 
-Spinning moved(const Spinning& s, double h, const Spinning& by) {
-  Spinning next = s;
+Rotation moved(const Rotation& s, double h, const Rotation& by) {
+  Rotation next = s;
   for (int k = 0; k < 4; ++k) next.q[k] += h * by.q[k];
   next.w = s.w + h * by.w;
   return next;
 }
 
 Vector3 runge_kutta_end(const Vector3& c, const Vector3& w, const Vector3& gravity) {
-  Spinning s = {{0, 0, 0, 1}, w};
+  Rotation s = {{0, 0, 0, 1}, w};
   const int steps = 20000;
   const double h = time / steps;
-  const auto rate = [&](const Spinning& at) { return rates(at, 1, c, inertia, gravity); };
+  const auto rate = [&](const Rotation& at) { return rates(at, 1, c, inertia, gravity); };
   for (int i = 0; i < steps; ++i) {
-    const Spinning a = rate(s), b = rate(moved(s, h / 2, a)), d = rate(moved(s, h / 2, b)), e = rate(moved(s, h, d));
+    const Rotation a = rate(s), b = rate(moved(s, h / 2, a)), d = rate(moved(s, h / 2, b)), e = rate(moved(s, h, d));
     for (const auto& [k, share] : {std::pair{a, 1.0}, {b, 2.0}, {d, 2.0}, {e, 1.0}}) s = moved(s, h * share / 6, k);
   }
   return rotate(s.q, c);
