@@ -1,7 +1,8 @@
 // Once a sub-step has moved the bodies, moves those of each joint back to where it is whole, and leaves their
-// velocities alone (post-stabilisation: Cline and Pai, Post-Stabilization for Rigid Body Simulation with Contact and
-// Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints, colour after colour). With the error e
-// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a solve moves its bodies by
+// velocities alone, angular ones in the frame of the body (post-stabilisation: Cline and Pai, Post-Stabilization for
+// Rigid Body Simulation with Contact and Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints,
+// colour after colour). With the error e of its locked rows at the present poses, and K = J M^-1 J^T of the joint
+// alone, a solve moves its bodies by
 //   K d = -e,   x += M^-1 J^T d,   q rotated by the angular part
 // the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
 // and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.
@@ -79,9 +80,9 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
       add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
   impulse = add3(impulse, scale3(angular ? real(0) : d_free, current.free_axis));
   moment = add3(moment, scale3(angular ? d_free : real(0), current.free_axis));
-  displace(buffers, info.body_a, x_a, q_a, scale3(real(-1), impulse),
+  displace(buffers, params, info.body_a, x_a, q_a, scale3(real(-1), impulse),
            scale3(real(-1), add3(cross3(current.arm_a, impulse), moment)));
-  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment));
+  displace(buffers, params, info.body_b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment));
 }
 
 template <class real>

@@ -18,17 +18,16 @@ static inline real closing_displacement_into_limits(const Joint joint, bool coun
   return x < low ? low - x : (x > high ? high - x : (real)0);
 }
 
-static inline void close_joint(u32 bodies, real dt, const JointInfo info, const Joint joint, JointSizes sizes,
-                               global const real* joint_angles, u32 index, global const Motion* motions,
-                               global Vec4* positions, global Vec4* orientations, global u32* counters) {
+static inline void close_joint(StepParams params, const JointInfo info, const Joint joint, JointSizes sizes,
+                               global const real* joint_angles, u32 index, MovedBodies to) {
   if (joint.spring > (real)0) return;
   Vec3 x_a, x_b;
   Quat q_a, q_b;
-  joint_pose(info.body_a, bodies, positions, orientations, &x_a, &q_a);
-  joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
-  const Motion a = motions[info.body_a], b = motions[info.body_b];
+  joint_pose(info.body_a, params.bodies, to.positions, to.orientations, &x_a, &q_a);
+  joint_pose(info.body_b, params.bodies, to.positions, to.orientations, &x_b, &q_b);
+  const Motion a = to.motions[info.body_a], b = to.motions[info.body_b];
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
-  count_revolutions(info, joint_angles, index, dt, a, b, &current);
+  count_revolutions(info, joint_angles, index, params.dt, a, b, &current);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
   joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
@@ -63,10 +62,9 @@ static inline void close_joint(u32 bodies, real dt, const JointInfo info, const 
       add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
   impulse = add3(impulse, scale3(angular ? (real)0 : d_free, current.free_axis));
   moment = add3(moment, scale3(angular ? d_free : (real)0, current.free_axis));
-  displace(info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
-           scale3((real)-1, add3(cross3(current.arm_a, impulse), moment)), positions, orientations, counters);
-  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment), positions, orientations,
-           counters);
+  displace(params, info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
+           scale3((real)-1, add3(cross3(current.arm_a, impulse), moment)), to);
+  displace(params, info.body_b, b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment), to);
 }
 
 // One phase: blocks begin .. end - 1, whose joints share no movable body.
@@ -74,15 +72,15 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
                               global const Joint* joints, global const real* screw_leads,
                               global const real* rolling_radii, global const real* joint_angles,
-                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
-                              global Vec4* orientations, global u32* counters) {
+                              global const BodyInfo* body_infos, global const Sleeper* sleepers, global Vec4* positions,
+                              global Vec4* orientations, global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
+  const MovedBodies to = MOVED_BODIES;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-    close_joint(params.bodies, params.dt, joint_infos[index], joints[index],
-                joint_sizes(screw_leads, rolling_radii, index), joint_angles, index, motions, positions, orientations,
-                counters);
+    close_joint(params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index), joint_angles,
+                index, to);
   }
 }
 
@@ -97,9 +95,10 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
                              global const real* screw_leads, global const real* rolling_radii,
-                             global const real* joint_angles, global const Motion* motions,
+                             global const real* joint_angles, global const BodyInfo* body_infos,
                              global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
-                             global u32* counters) {
+                             global Motion* motions, global u32* counters) {
+  const MovedBodies to = MOVED_BODIES;
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
   const u32 runs = STEP_ABORTED(counters) ? 0u : sweeps * count;
   u32 run = 0u;
@@ -109,9 +108,8 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-      close_joint(params.bodies, params.dt, joint_infos[index], joints[index],
-                  joint_sizes(screw_leads, rolling_radii, index), joint_angles, index, motions, positions, orientations,
-                  counters);
+      close_joint(params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
+                  joint_angles, index, to);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++run < runs);
@@ -123,11 +121,12 @@ kernel void close_articulations(
     const StepParams params, const u32 articulation_count, const u32 sweeps, global const Articulation* articulations,
     global const LinkInfo* links, global const u32* link_levels, global const JointInfo* joint_infos,
     global const Joint* joints, global const real* screw_leads, global const real* rolling_radii,
-    global const real* joint_angles, global const Motion* motions, global const Sleeper* sleepers,
+    global const real* joint_angles, global const BodyInfo* body_infos, global const Sleeper* sleepers,
     global LinkFactor* link_factors, global LinkMotion* link_motions, global const ClosureSet* closure_sets,
     global const ClosureInfo* closures, global LinkFactor* closure_factors, global real* closure_matrix,
     global real* closure_wanted, global LinkMotion* closure_columns, global u32* articulation_angles,
-    global Vec4* positions, global Vec4* orientations, global u32* counters) {
+    global Vec4* positions, global Vec4* orientations, global Motion* motions, global u32* counters) {
+  const MovedBodies to = MOVED_BODIES;
   const CurrentJoints current = CURRENT_JOINTS;
   const Closures all = CLOSURES;
   u32 tree = (u32)get_group_id(0);
@@ -186,8 +185,8 @@ kernel void close_articulations(
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
         const u32 body = links[i].body;
         const Twist push = push_on_link(i, links[i], link_factors, link_motions);
-        displace(body, motions[body], vec3_of(positions[body]), quat(orientations[body]), scale3(share, push.linear),
-                 scale3(share, push.angular), positions, orientations, counters);
+        displace(params, body, motions[body], vec3_of(positions[body]), quat(orientations[body]),
+                 scale3(share, push.linear), scale3(share, push.angular), to);
       }
       barrier(CLK_GLOBAL_MEM_FENCE);
     } while (++sweep < sweeps);

@@ -81,8 +81,8 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 in
   const real share = largest > most ? most / largest : real(1);
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     const Twist<real> push = push_on_link(b, i, link);
-    displace(b, link.body, vec3_of(b.positions[link.body]), quat(b.orientations[link.body]), scale3(share, push.linear),
-             scale3(share, push.angular));
+    displace(b, params, link.body, vec3_of(b.positions[link.body]), quat(b.orientations[link.body]),
+             scale3(share, push.linear), scale3(share, push.angular));
   });
 }
 

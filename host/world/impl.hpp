@@ -12,7 +12,6 @@
 
 #include "host/record/recording_writer.hpp"
 #include "host/record/whole_file.hpp"
-#include "host/scene/planar_bodies.hpp"
 #include "host/scene/touching.hpp"
 #include "host/world/engine.hpp"
 #include "host/world/handles.hpp"
@@ -214,9 +213,7 @@ struct World::Impl {
   BodyHandle add(const BodyDescription& body) {
     scene.bodies.push_back(body);
     change();
-    const BodyHandle handle = bodies.add();
-    if (auto joint = planar_joint_of(body, bodies.index(handle))) add(std::move(*joint));
-    return handle;
+    return bodies.add();
   }
 
   // Where a body of the scene stands, without making the engine anew for those that it does not have yet.

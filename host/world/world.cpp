@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "host/scene/couplings.hpp"
+#include "host/scene/planar_bodies.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/sensors.hpp"
 #include "host/scene/setting_table.hpp"
@@ -62,7 +63,10 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
   if (p.scene.settings.forces == Forces::automatic) p.scene.settings.forces = Forces::step;
   expect_in_bounds(p.scene.settings);
-  for (const BodyDescription& body : bodies) add(body);
+  for (const BodyDescription& body : bodies) {
+    validate(body, p.scene);
+    p.add(body);
+  }
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_index_map();
   validate_couplings(p.scene);
@@ -80,7 +84,9 @@ World::~World() = default;
 
 BodyHandle World::add(const BodyDescription& body) {
   validate(body, impl_->scene);
-  return impl_->add(body);
+  const BodyHandle handle = impl_->add(body);
+  if (auto joint = planar_joint_of(body, impl_->bodies.index(handle))) impl_->add(std::move(*joint));
+  return handle;
 }
 
 void World::remove(BodyHandle body) {

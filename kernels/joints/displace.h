@@ -16,13 +16,31 @@ static inline void store_displaced(u32 body, Vec3 x, Quat q, global Vec4* positi
   orientations[body] = make_vec4(q);
 }
 
+// What it writes, and what says of which bodies.
+typedef struct MovedBodies {
+  global const BodyInfo* infos;
+  global Vec4* positions;
+  global Vec4* orientations;
+  global Motion* motions;
+  global u32* counters;
+} MovedBodies;
+
+// Of the parameters of a kernel.
+#define MOVED_BODIES \
+  { body_infos, positions, orientations, motions, counters }
+
 // Bodies that cannot move are never written.
-static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment, global Vec4* positions,
-                            global Vec4* orientations, global u32* counters) {
+static inline void displace(StepParams params, u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment,
+                            MovedBodies to) {
   if (!(motion.inverse_mass > (real)0)) return;
+  const Vec3 rotation = apply_inverse_inertia(motion, moment), half = scale3((real)0.5, rotation);
   x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = correct_orientation(q, apply_inverse_inertia(motion, moment));
-  store_displaced(body, x, q, positions, orientations, counters);
+  q = correct_orientation(q, rotation);
+  store_displaced(body, x, q, to.positions, to.orientations, to.counters);
+  if (IS_GYROSCOPIC(params, to.infos[body])) {
+    store3(motion.w, rotate_by(make4(half.x, half.y, half.z, (real)1), vec3(motion.w)));
+    to.motions[body] = motion;
+  }
 }
 
 #endif
