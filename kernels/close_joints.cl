@@ -18,16 +18,16 @@ static inline real closing_displacement_into_limits(const Joint joint, bool coun
   return x < low ? low - x : (x > high ? high - x : (real)0);
 }
 
-static inline void close_joint(StepParams params, const JointInfo info, const Joint joint, JointSizes sizes,
+static inline void close_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
                                global const real* joint_angles, u32 index, MovedBodies to) {
   if (joint.spring > (real)0) return;
   Vec3 x_a, x_b;
   Quat q_a, q_b;
-  joint_pose(info.body_a, params.bodies, to.positions, to.orientations, &x_a, &q_a);
-  joint_pose(info.body_b, params.bodies, to.positions, to.orientations, &x_b, &q_b);
+  joint_pose(info.body_a, params->bodies, to.positions, to.orientations, &x_a, &q_a);
+  joint_pose(info.body_b, params->bodies, to.positions, to.orientations, &x_b, &q_b);
   const Motion a = to.motions[info.body_a], b = to.motions[info.body_b];
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
-  count_revolutions(info, joint_angles, index, params.dt, a, b, &current);
+  count_revolutions(info, joint_angles, index, params->dt, a, b, &current);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
   joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
@@ -79,8 +79,8 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-    close_joint(params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index), joint_angles,
-                index, to);
+    close_joint(&params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
+                joint_angles, index, to);
   }
 }
 
@@ -108,7 +108,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-      close_joint(params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
+      close_joint(&params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                   joint_angles, index, to);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
@@ -185,7 +185,7 @@ kernel void close_articulations(
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
         const u32 body = links[i].body;
         const Twist push = push_on_link(i, links[i], link_factors, link_motions);
-        displace(params, body, motions[body], vec3_of(positions[body]), quat(orientations[body]),
+        displace(&params, body, motions[body], vec3_of(positions[body]), quat(orientations[body]),
                  scale3(share, push.linear), scale3(share, push.angular), to);
       }
       barrier(CLK_GLOBAL_MEM_FENCE);

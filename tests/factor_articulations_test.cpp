@@ -185,7 +185,7 @@ Scene heavy_arm(u32 arms) {
   return joint_scene(bodies, joints, 1.0 / 60);
 }
 
-TYPED_TEST(FactorArticulations, ALimitHoldsAHeavyEnd) {
+TYPED_TEST(FactorArticulations, ALimitStopsAHeavyEnd) {
   using real = TypeParam;
   for (const u32 arms : {1u, 2u}) {
     SCOPED_TRACE(arms);

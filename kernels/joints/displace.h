@@ -30,15 +30,15 @@ typedef struct MovedBodies {
   { body_infos, positions, orientations, motions, counters }
 
 // Bodies that cannot move are never written.
-static inline void displace(StepParams params, u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment,
-                            MovedBodies to) {
+static inline void displace(const StepParams* params, u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse,
+                            Vec3 moment, MovedBodies to) {
   if (!(motion.inverse_mass > (real)0)) return;
-  const Vec3 rotation = apply_inverse_inertia(motion, moment), half = scale3((real)0.5, rotation);
+  const Vec3 rotation = apply_inverse_inertia(motion, moment), z = scale3((real)0.5, rotation);
   x = add3(x, scale3(motion.inverse_mass, impulse));
   q = correct_orientation(q, rotation);
   store_displaced(body, x, q, to.positions, to.orientations, to.counters);
-  if (IS_GYROSCOPIC(params, to.infos[body])) {
-    store3(motion.w, rotate_by(make4(half.x, half.y, half.z, (real)1), vec3(motion.w)));
+  if (IS_GYROSCOPIC(*params, to.infos[body])) {
+    store3(motion.w, rotate_by(make4(z.x, z.y, z.z, (real)1), vec3(motion.w)));
     to.motions[body] = motion;
   }
 }
