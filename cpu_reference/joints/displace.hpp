@@ -1,6 +1,7 @@
 // Moves a body by an impulse and a moment, as displacements. kernels/joints/displace.h is the twin.
 #pragma once
 
+#include "cpu_reference/gyroscopic.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
@@ -22,8 +23,9 @@ void displace_by(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, V
   buffers.orientations[body] = make_vec4(q);
 }
 
-/// From the pose x, q, by inverse mass times the impulse and inverse inertia times the moment. Where moments of inertia
-/// differ the angular velocity is carried along: it stays in the frame of the body, and with it the energy.
+/// From the pose x, q, by inverse mass times the impulse and inverse inertia times the moment. In trapezoidal steps the
+/// angular velocity is carried along where moments of inertia differ: it stays in the frame of the body, and with it
+/// the energy.
 template <class real>
 void displace(Buffers<real>& buffers, const StepParams<real>& params, u32 body, Vec3<real> x, Quat<real> q,
               Vec3<real> impulse, Vec3<real> moment) {
@@ -31,7 +33,7 @@ void displace(Buffers<real>& buffers, const StepParams<real>& params, u32 body, 
   if (!(motion.inverse_mass > 0)) return;
   const Vec3<real> rotation = apply_inverse_inertia(motion, moment), half = scale3(real(0.5), rotation);
   displace_by(buffers, body, x, q, scale3(motion.inverse_mass, impulse), rotation);
-  if (is_gyroscopic(params, buffers.body_infos[body]))
+  if (acts_in_middle(params, buffers.body_infos[body], false))
     store3(motion.w, rotate_by(Quat<real>{half.x, half.y, half.z, real(1)}, vec3(motion.w)));
 }
 

@@ -167,19 +167,16 @@ TEST(OrderOnAPivot, IsTwo) {
 
 // Closing its joint rotates a body, and leaves what it does in its own frame: energy was gained from it without end.
 TEST(OrderOnAPivot, AFastTopKeepsItsEnergy) {
-  for (const auto& [integrator, share] :
-       {std::pair{Integrator::trapezoidal, 0.001}, {Integrator::semi_implicit_euler, 0.03}}) {
-    BodyDescription top = body_at({0.3, 0, 0}, {60, 1, 0});
-    top.inertia = {0.01, 0.2, 0.2};
-    Scene scene = joint_scene({top}, {joint_of(JOINT_BALL, NONE, 0, {0, 0, 0})}, 1.0 / 240);
-    scene.name = scene.source = "top";
-    scene.gravity = {0, 0, 0};
-    scene.settings.integrator = integrator;
-    World world(scene, in_double());
-    const double first = world.errors().kinetic;
-    world.step(2400);
-    EXPECT_NEAR(world.errors().kinetic, first, share * first);
-  }
+  BodyDescription top = body_at({0.3, 0, 0}, {60, 1, 0});
+  top.inertia = {0.01, 0.2, 0.2};
+  Scene scene = joint_scene({top}, {joint_of(JOINT_BALL, NONE, 0, {0, 0, 0})}, 1.0 / 240);
+  scene.name = scene.source = "top";
+  scene.gravity = {0, 0, 0};
+  scene.settings.integrator = Integrator::trapezoidal;
+  World world(scene, in_double());
+  const double first = world.errors().kinetic;
+  world.step(2400);
+  EXPECT_NEAR(world.errors().kinetic, first, 0.001 * first);
 }
 
 // A free body under a constant torque.
