@@ -2,6 +2,7 @@
 // Keeps bodies in the planes of their planar joints (cpu_reference/project_planar_joints.hpp states the method).
 #include "common.h"
 #include "joints/current_joint.h"
+#include "joints/displace.h"
 #include "rigid_body.h"
 #include "sleep.h"
 #include "types.h"
@@ -38,12 +39,6 @@ kernel void project_planar_joints(const StepParams params, const u32 planar_coun
     store3(motion.v, sub3(v, scale3(dot3(n, v), n)));
     store3(motion.w, scale3(dot3(n, w), n));
     motions[body] = motion;
-    Vec4 position = positions[body];
-    position.x = x.x;
-    position.y = x.y;
-    position.z = x.z;
-    positions[body] = position;
-    orientations[body] = make_vec4(q);
-    if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, body);
+    store_displaced(body, x, q, positions, orientations, counters);
   }
 }
