@@ -5,7 +5,6 @@
 #pragma once
 
 #include "cpu_reference/articulations/closures.hpp"
-#include "cpu_reference/articulations/free_rows.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sleep.hpp"
 
@@ -50,7 +49,6 @@ void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
     const ClosureSet loops = closures_of(b, t);
     clear_closures(b, loops);
     if (asleep) continue;
-    write_free_rows(b, tree);
     for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
       const LinkInfo link = as_link(b, closure);
       mark_rows(write_link_joint(b, link, b.closure_factors[k]), b.closure_factors[k]);

@@ -1,7 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Factors of the equations of articulations (cpu_reference/factor_articulations.hpp).
 #include "articulations/closures.h"
-#include "articulations/free_rows.h"
 #include "common.h"
 #include "sleep.h"
 #include "types.h"
@@ -65,17 +64,16 @@ static inline void write_closures(ClosureSet loops, bool asleep, const Closures*
 // A work-group has an articulation for itself, and every n-th behind it.
 kernel void factor_articulations(const u32 articulation_count, global const Articulation* articulations,
                                  global const LinkInfo* links, global const u32* link_levels,
-                                 global const JointInfo* joint_infos, global const JointImpulseBlock* joint_impulses,
-                                 global JointBlock* joint_blocks, global const Sleeper* sleepers,
-                                 global const Motion* motions, global LinkFactor* link_factors,
-                                 global LinkMotion* link_motions, global const ClosureSet* closure_sets,
-                                 global const ClosureInfo* closures, global LinkFactor* closure_factors,
-                                 global real* closure_matrix, global real* closure_wanted,
-                                 global LinkMotion* closure_columns, global const u32* counters) {
+                                 global const JointInfo* joint_infos, global const JointBlock* joint_blocks,
+                                 global const Sleeper* sleepers, global const Motion* motions,
+                                 global LinkFactor* link_factors, global LinkMotion* link_motions,
+                                 global const ClosureSet* closure_sets, global const ClosureInfo* closures,
+                                 global LinkFactor* closure_factors, global real* closure_matrix,
+                                 global real* closure_wanted, global LinkMotion* closure_columns,
+                                 global const u32* counters) {
 #if FEATURE_CLOSURES
   const Closures all = CLOSURES;
 #endif
-  const FreeRows free_rows = FREE_ROWS;
   u32 tree = (u32)get_group_id(0);
   do {
     const bool is_there = tree < articulation_count && !STEP_ABORTED(counters);
@@ -95,11 +93,9 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
         if (link.joint != NONE)
           rows = write_link_joint(link, joint_infos[link.joint], joint_blocks + link.slot / PACK, f);
         factorise_link(link, rows, motions[link.body], link_factors, f);
-        count_free_rows(i, &free_rows, joint_blocks, link_motions);
       }
       barrier(CLK_GLOBAL_MEM_FENCE);
     } while (++step < levels);
-    write_free_rows(first, asleep ? 0u : levels, &free_rows, link_motions, joint_blocks);
 #if FEATURE_CLOSURES
     const ClosureSet loops = closures_of(tree, is_there, &all);
     write_closures(loops, asleep, &all, joint_infos, joint_blocks);

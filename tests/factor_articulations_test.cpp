@@ -2,9 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numbers>
 
-#include "host/report/joints.hpp"
 #include "host/scene/read.hpp"
 #include "tests/articulation_scene.hpp"
 
@@ -165,43 +163,6 @@ TEST(JointSolver, CostsNothingWhereNoTreeIs) {
   EXPECT_FALSE(has(state.features, Feature::articulations));
   EXPECT_TRUE(state.buffers.link_factors.empty());
   EXPECT_FALSE(runs(Stage::factor_articulations, state.features));
-}
-
-// An arm of 1 kg with 100 kg at its end falls into a limit 30 degrees down, which sweeps alone find but slowly: 0.22 m
-// of the joint behind it opened.
-Scene heavy_arm(u32 arms) {
-  std::vector<BodyDescription> bodies;
-  std::vector<JointDescription> joints;
-  for (u32 i = 0; i < arms; ++i) {
-    bodies.push_back(bare_body({i + 0.5, 0, 0}, {0.001, 0.0834, 0.0834}));
-    joints.push_back(joint_of(JOINT_HINGE, i == 0 ? NONE : i - 1, i, {double(i), 0, 0}, {0, 1, 0}));
-    joints.back().limited = true;
-    joints.back().low = -0.1;
-    joints.back().high = std::numbers::pi / 6;
-  }
-  bodies.push_back(bare_body({double(arms), 0, 0}, {1, 1, 1}));
-  bodies.back().mass = 100;
-  joints.push_back(joint_of(JOINT_BALL, arms - 1, arms, {double(arms), 0, 0}));
-  return joint_scene(bodies, joints, 1.0 / 60);
-}
-
-TYPED_TEST(FactorArticulations, ALimitStopsAHeavyEnd) {
-  using real = TypeParam;
-  for (const u32 arms : {1u, 2u}) {
-    SCOPED_TRACE(arms);
-    const Scene scene = heavy_arm(arms);
-    const StepParams<real> params = compile<real>(scene).params;
-    watch_steps<real>(scene, 600, [&](const Buffers<real>& b, u32 step) {
-      for (u32 joint = 0; joint < b.joints.size(); ++joint) {
-        const JointMeasures measured = measure_joint(b, params, joint);
-        ASSERT_LT(measured.drift.separation, 0.005) << "joint " << joint << " step " << step;
-        if (joint < arms) {
-          ASSERT_LT(measured.coordinate, std::numbers::pi / 6 + 0.01) << "joint " << joint << " step " << step;
-        }
-      }
-    });
-    expect_twins_agree(compile<real>(scene), 60, launch_options({{1, 7}, {16, 0}}));
-  }
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ static inline void backward_pass_of_errors(u32 index, global const LinkInfo* lin
                                            global const LinkFactor* link_factors, global LinkMotion* link_motions) {
   real off[LINK_ROWS];
   for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = link_factors[index].error[i];
-  backward_pass(index, links[index], off, closure_push(link_motions + index), link_factors, link_motions);
+  backward_pass(index, links[index], off, link_factors, link_motions);
 }
 
 #if FEATURE_CLOSURES

@@ -178,8 +178,7 @@ static inline void write_closure_column(u32 j, ClosureSet loops, const Closures*
   for (u32 i = 0u; i < LINK_ROWS; ++i) nothing[i] = (real)0;
   for (u32 step = 0u; step < tree->levels; ++step) {
     const LinkRange at = links_up(tree->first_level, tree->levels, step, tree->link_levels);
-    for (u32 i = at.begin; i < at.end; ++i)
-      backward_pass(i, tree->links[i], nothing, closure_push(motions + i), tree->factors, motions);
+    for (u32 i = at.begin; i < at.end; ++i) backward_pass(i, tree->links[i], nothing, tree->factors, motions);
   }
   for (u32 i = begin; i < end; ++i) forward_pass(i, tree->links[i], tree->factors, motions, d);
   for (u32 k = of; k < loops.first + loops.count; ++k) {

@@ -73,7 +73,7 @@ static inline void link_up(u32 index, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real off[LINK_ROWS];
   link_off(link, s, s->factors + index, off);
-  backward_pass(index, link, off, closure_push(s->link_motions + index), s->factors, s->link_motions);
+  backward_pass(index, link, off, s->factors, s->link_motions);
 }
 
 static inline void add_impulses(global const LinkFactor* f, u32 slot, bool is_b, const real* d,

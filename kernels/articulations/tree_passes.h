@@ -19,19 +19,15 @@ static inline Twist without_children(LinkInfo link, global const LinkFactor* lin
   return push;
 }
 
-// What closures push a link with.
-static inline Twist closure_push(global const LinkMotion* m) {
-#if FEATURE_CLOSURES
-  return read_twist(m->push);
-#else
-  return no_twist();
-#endif
-}
-
-static inline void backward_pass(u32 index, LinkInfo link, const real* off, Twist push,
-                                 global const LinkFactor* link_factors, global LinkMotion* link_motions) {
+static inline void backward_pass(u32 index, LinkInfo link, const real* off, global const LinkFactor* link_factors,
+                                 global LinkMotion* link_motions) {
   global const LinkFactor* f = link_factors + index;
   global LinkMotion* m = link_motions + index;
+#if FEATURE_CLOSURES
+  const Twist push = read_twist(m->push);
+#else
+  const Twist push = no_twist();
+#endif
   const Twist force = without_children(link, link_factors, link_motions, push);
   write_twist(force, m->force);
   real change[6], response[LINK_ROWS];
