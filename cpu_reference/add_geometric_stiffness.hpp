@@ -1,16 +1,16 @@
 // What joints carry turns light bodies between them back, faster than a sub-step can follow: a joint that pulls by f at
 // the arm r from the centre of a body turns it back by up to |f| |r| phi where it is rotated by phi. A taut chain
-// swings across its tension so. Explicit steps stand a stiffness k of up to 4 I / h^2, whatever solves for the
-// impulses.
+// swings across its tension so. Explicit steps are stable up to a stiffness k of 4 I / h^2, whatever solves for
+// the impulses.
 //
 // With the impulses f h of the sub-step before, in the frame of its principal axes, a body is stiffened about x by
 //   k_x = sum |f_y r_y| + |f_z r_z|,   and by no more than   sum |f_x r_y + f_y r_x| / 2   with y, as with z
 // Where h^2 k / 2 is more than I for some axis, each principal moment of inertia counts, for the impulses of this
 // sub-step, for at least
 //   I' = h^2 / 2 (k + what couples the axis with the others)
-// For the constraints let the bodies rotate by less than their sum could, the chain stands what each of its bodies
-// does. What it cannot follow it damps, as an implicit step would, against the mean rotation of the body and of those
-// in a row with it that are as light, so that what rotates as one keeps on:
+// Constraints only take freedom away, so that a chain is stable where each of its bodies is. What a sub-step cannot
+// follow is damped, as an implicit step would, against the mean rotation of the body and of those
+// in a row with it that are as light, so that what rotates as one is not:
 //   w' = w - (1 - I / I') (w_0 - mean w_0)
 // w_0 at the start of the sub-step. What rotates slowly enough, or carries little, is as it was, bit for bit.
 //
@@ -65,7 +65,7 @@ Stiffness<real> geometric_stiffness(const Buffers<real>& b, const StepParams<rea
   return sum;
 }
 
-/// Whether a sub-step does not stand how it rotates: some I < h^2 k / 2.
+/// Whether it swings too fast for a sub-step: I < h^2 k / 2 about some axis.
 template <class real>
 bool is_too_light(const Mass<real>& mass, Vec3<real> stiffness, real dt) {
   const Vec3<real> shares = multiply3(scale3(real(STIFF_INERTIA_SHARE) * dt, stiffness), vec3(mass.inverse_inertia));
@@ -117,7 +117,7 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
     Motion<real>& motion = b.motions[i];
     Quat<real> q = quat(b.orientations[i]);
     if (acts_in_middle(params, b.body_infos[i], false))
-      q = unit4(multiply4(rotation_to_middle(vec3(b.previous_velocities[i].w), params.dt), q));
+      q = orientation_in_middle(q, vec3(b.previous_velocities[i].w), params.dt);
     set_inverse_inertia(motion, mass, b.body_infos[i], q);
     const Vec3<real> own = unrotate3(q, sub3(vec3(b.previous_velocities[i].w), mean_rotation(b, params, i)));
     store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(vec3(damped), own))));

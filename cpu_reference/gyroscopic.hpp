@@ -135,10 +135,10 @@ bool acts_in_middle(const StepParams<real>& params, const BodyInfo& info, bool p
   return params.theta == real(0.5) && info.kind == BODY_DYNAMIC && is_gyroscopic(params, info) && !pivoted;
 }
 
-/// How a body has rotated by the middle of a sub-step, not of unit length. What rotates with w keeps it.
+/// There: what rotates with w_old keeps it.
 template <class real>
-Quat<real> rotation_to_middle(Vec3<real> w_old, real dt) {
-  return rotation_by(w_old, real(0.5) * dt);
+Quat<real> orientation_in_middle(Quat<real> old_q, Vec3<real> w_old, real dt) {
+  return integrate_orientation(old_q, w_old, real(0.5) * dt);
 }
 
 /// What the gyroscopic moment takes off an angular velocity over dt, body frame, of a step that ends with w_new.

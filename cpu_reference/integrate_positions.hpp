@@ -42,15 +42,15 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     const Quat<real> old_q = quat(b.orientations[i]);
     const bool free = gyroscopic && !pivoted && is_free(b.free_rotations[i], w);
     const bool in_middle = acts_in_middle(params, info, pivoted);
-    const Quat<real> to_middle = rotation_to_middle(in_middle ? vec3(previous.w) : Vec3<real>{}, params.dt);
+    const Vec3<real> old_w = vec3(previous.w);
     if (in_middle && !free)
-      w = correct_gyroscopic_moment(params, b.masses[i], b.free_rotations[i], unit4(multiply4(to_middle, old_q)),
-                                    vec3(previous.w), w);
+      w = correct_gyroscopic_moment(params, b.masses[i], b.free_rotations[i],
+                                    orientation_in_middle(old_q, old_w, params.dt), old_w, w);
     const Quat<real> rotation =
-        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, old_w, w), params.dt);
     const Quat<real> q = unit4(multiply4(rotation, old_q));
     const bool carried = free || (gyroscopic && params.theta != real(1));
-    if (in_middle) w = rotate_by(Quat<real>{-to_middle.x, -to_middle.y, -to_middle.z, to_middle.w}, w);
+    if (in_middle) w = rotate_by(rotation_by(old_w, real(-0.5) * params.dt), w);
     if (carried) w = rotate_by(rotation, w);
 
     Vec4<real>& position = b.positions[i];

@@ -50,7 +50,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
     b.previous_velocities[i] = make_velocity(v, w);
     if (params.substep == 0 && info.kind == BODY_DYNAMIC) measure_body(b, params, i);
     const bool in_middle = acts_in_middle(params, info, is_pivoted(b.pivots, i));
-    const Quat<real> q = in_middle ? unit4(multiply4(rotation_to_middle(w, params.dt), start_q)) : start_q;
+    const Quat<real> q = in_middle ? orientation_in_middle(start_q, w, params.dt) : start_q;
     set_inverse_inertia(motion, mass, info, q);
 
     FreeRotation<real> record = {};

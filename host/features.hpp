@@ -60,9 +60,8 @@ enum class Feature : std::uint64_t {
   joint_angles = 1ull << 49,        // some joints count the revolutions of their angles
   joint_impedances = 1ull << 50,    // some have armature, or a spring beside limits
   couplings = 1ull << 51,           // free coordinates of some are tied to each other
-  geometric_stiffness =
-      1ull << 52,              // joints that carry much let light bodies between them rotate by what a step stands
-  planar_joints = 1ull << 53,  // planar joints tie some bodies to what cannot move
+  geometric_stiffness = 1ull << 52,  // light bodies between loaded joints get the inertia with which a step is stable
+  planar_joints = 1ull << 53,        // planar joints tie some bodies to what cannot move
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

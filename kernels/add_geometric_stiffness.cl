@@ -1,5 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Lets light bodies between joints that carry much rotate by what a sub-step stands
+// Gives light bodies between loaded joints the inertia with which a sub-step is stable
 // (cpu_reference/add_geometric_stiffness.hpp states the method).
 #include "common.h"
 #include "gyroscopic.h"
@@ -124,8 +124,7 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
     Motion motion = motions[i];
     Quat q = quat(orientations[i]);
     const Velocity velocity = previous_velocities[i];
-    if (acts_in_middle(&params, body_infos[i], false))
-      q = unit4(multiply4(rotation_to_middle(vec3(velocity.w), params.dt), q));
+    if (acts_in_middle(&params, body_infos[i], false)) q = orientation_in_middle(q, vec3(velocity.w), params.dt);
     set_inverse_inertia(&motion, mass, body_infos[i], q);
     const Vec3 own = unrotate3(q, sub3(vec3(velocity.w), mean_rotation(&s, i)));
     store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(make3(damped[0], damped[1], damped[2]), own))));

@@ -97,7 +97,9 @@ static inline bool acts_in_middle(const StepParams* params, BodyInfo info, bool 
   return params->theta == (real)0.5 && info.kind == BODY_DYNAMIC && IS_GYROSCOPIC(*params, info) && !pivoted;
 }
 
-static inline Quat rotation_to_middle(Vec3 w_old, real dt) { return rotation_by(w_old, (real)0.5 * dt); }
+static inline Quat orientation_in_middle(Quat old_q, Vec3 w_old, real dt) {
+  return integrate_orientation(old_q, w_old, (real)0.5 * dt);
+}
 
 static inline Vec3 gyroscopic_loss(Mass mass, Vec3 w_old, Vec3 w_new, real theta, real dt) {
   return scale3(dt, gyroscopic_term(gyroscopic_ratios(mass), mean3(theta, w_old, w_new)));

@@ -37,15 +37,14 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
       if (free) rotation = free_rotation(own);
     }
     const bool in_middle = acts_in_middle(&params, info, pivoted);
-    const Quat to_middle =
-        rotation_to_middle(in_middle ? vec3(previous.w) : make3((real)0, (real)0, (real)0), params.dt);
+    const Vec3 old_w = vec3(previous.w);
     if (in_middle && !free)
-      w = correct_gyroscopic_moment(&params, masses[i], free_rotations[i], unit4(multiply4(to_middle, old_q)),
-                                    vec3(previous.w), w);
-    if (!free) rotation = rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+      w = correct_gyroscopic_moment(&params, masses[i], free_rotations[i],
+                                    orientation_in_middle(old_q, old_w, params.dt), old_w, w);
+    if (!free) rotation = rotation_by(mean3(params.theta, old_w, w), params.dt);
     const Quat q = unit4(multiply4(rotation, old_q));
     const bool carried = free || (gyroscopic && params.theta != (real)1);
-    if (in_middle) w = rotate_by(make4(-to_middle.x, -to_middle.y, -to_middle.z, to_middle.w), w);
+    if (in_middle) w = rotate_by(rotation_by(old_w, (real)-0.5 * params.dt), w);
     if (carried) w = rotate_by(rotation, w);
 
     Vec4 position = positions[i];

@@ -42,7 +42,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       measure_body(params.units_per_joule, mass, info, IS_PIVOTED(pivots, i), vec3_of(gravities[info.world]),
                    vec3_of(positions[i]), start_q, v, w, &measure);
     const bool in_middle = acts_in_middle(&params, info, IS_PIVOTED(pivots, i));
-    const Quat q = in_middle ? unit4(multiply4(rotation_to_middle(w, params.dt), start_q)) : start_q;
+    const Quat q = in_middle ? orientation_in_middle(start_q, w, params.dt) : start_q;
     set_inverse_inertia(&motion, mass, info, q);
 
     FreeRotation record = {{(real)0, (real)0, (real)0, (real)0}, {(real)0, (real)0, (real)0}, (real)0};

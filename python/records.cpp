@@ -45,10 +45,7 @@ void add_handle(py::module_& module, const char* name, const char* doc) {
       .def_readonly("id", &Handle::id, "Its number, which no other one of its world is given.")
       .def(
           "__eq__", [](const Handle& a, const Handle& b) { return a == b; }, py::is_operator())
-      .def("__hash__",
-           [](const Handle& handle) {
-             return std::hash<std::uint64_t>()(std::uint64_t{handle.world} << 32 | handle.id);
-           })
+      .def("__hash__", [](const Handle& handle) { return std::hash<u32>()(handle.id); })
       .def("__repr__", [name](const Handle& handle) { return fmt::format("lockstep.{}({})", name, handle.id); });
 }
 

@@ -176,8 +176,8 @@ TEST_F(CommandFiles, FolderNamesAreNotRun) {
 
 TEST_F(CommandFiles, NoNumberIsNone) {
   expect_refused("render slide_to_roll --fps nan", 2, "must be a finite number");
-  expect_refused("run slide_to_roll --seed 010", 2, "must be a finite number");
-  expect_refused("run slide_to_roll --worlds 010", 2, "must be a number > 0");
+  expect_refused("run slide_to_roll --seed 010", 2, "must not begin with 0");
+  expect_refused("run slide_to_roll --worlds 010", 2, "must not begin with 0");
   expect_refused("render slide_to_roll --scale nan --color-by speed", 2, "must be a number > 0");
   expect_refused("run slide_to_roll --device 99", 2, "there is no device 99");
 }

@@ -429,6 +429,8 @@ TEST(World, RefusesInvalidArguments) {
   EXPECT_EQ(refusal([&] { world.pose(other.bodies()[0]); }), "body with the handle 0: is of another world");
   EXPECT_FALSE(world.contains(other.bodies()[0]));
   EXPECT_TRUE(world.contains(BodyHandle{0}));
+  EXPECT_EQ(world.bodies()[0], BodyHandle{0});
+  EXPECT_NE(world.bodies()[0], other.bodies()[0]);
   world.step();  // and is none the worse
 }
 

@@ -13,26 +13,22 @@
 
 namespace lockstep::app {
 
-// What CLI11 would read in base eight.
-static bool is_octal(const std::string& text) {
-  return text.size() > 1 && text[0] == '0' && text.find_first_not_of("0123456789") == std::string::npos;
+// A finite number that `allows`, or what it `must_be`.
+template <class Test>
+static std::string number_error(const std::string& text, const char* must_be, Test&& allows) {
+  if (text.size() > 1 && text[0] == '0' && text.find_first_not_of("0123456789") == std::string::npos)
+    return "must not begin with 0, or it would be read in base eight, is '" + text + "'";
+  double value = 0;
+  const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && allows(value);
+  return good ? std::string() : std::string("must be a ") + must_be + ", is '" + text + "'";
 }
 
 const CLI::Validator positive(
-    [](const std::string& text) {
-      double value = 0;
-      const bool good = !is_octal(text) && CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
-      return good ? std::string() : "must be a number > 0, is '" + text + "'";
-    },
+    [](const std::string& text) { return number_error(text, "number > 0", [](double value) { return value > 0; }); },
     "> 0");
 
 const CLI::Validator finite(
-    [](const std::string& text) {
-      double value = 0;
-      const bool good = !is_octal(text) && CLI::detail::lexical_cast(text, value) && std::isfinite(value);
-      return good ? std::string() : "must be a finite number, is '" + text + "'";
-    },
-    "");
+    [](const std::string& text) { return number_error(text, "finite number", [](double) { return true; }); }, "");
 
 namespace {
 

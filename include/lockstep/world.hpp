@@ -25,15 +25,19 @@ namespace lockstep {
 /// A body of a World. A handle stays good until its body is removed and is never given to another one.
 struct BodyHandle {
   u32 id = NONE;
-  u32 world = 0;  // which World of this process gave it; 0: the one that is asked
-  bool operator==(const BodyHandle&) const = default;
+  u32 world = 0;  // which World of this process gave it; 0, where it is made of a number: the one that is asked
+  bool operator==(const BodyHandle& other) const {
+    return id == other.id && (world == other.world || world == 0 || other.world == 0);
+  }
 };
 
 /// A joint of a World, as a BodyHandle is a body.
 struct JointHandle {
   u32 id = NONE;
   u32 world = 0;
-  bool operator==(const JointHandle&) const = default;
+  bool operator==(const JointHandle& other) const {
+    return id == other.id && (world == other.world || world == 0 || other.world == 0);
+  }
 };
 
 struct Pose {
