@@ -32,15 +32,16 @@ template <class real>
 PerPoint<real> blow_impulses(const NormalMatrix<real>& g, const PerPoint<real>& u) {
   NormalMatrix<real> matrix = g;
   for (real& x : matrix.diagonal) x = x + normal_proximity<real> * x;
-  std::array<bool, MANIFOLD_POINTS> presses;
+  Pressing presses;
   for (u32 k = 0; k < MANIFOLD_POINTS; ++k) presses[k] = u[k] < 0;
-  const PerPoint<real> first = solve_normal_problem(matrix, u, presses);
+  std::optional<NormalFactor<real>> factor;
+  const PerPoint<real> first = solve_normal_problem(matrix, u, presses, factor);
   PerPoint<real> q;
   for (u32 k = 0; k < MANIFOLD_POINTS; ++k) {
     q[k] = u[k] - normal_proximity<real> * g.diagonal[k] * first[k];
     presses[k] = first[k] > 0;
   }
-  return solve_normal_problem(matrix, q, presses);
+  return solve_normal_problem(matrix, q, presses, factor);
 }
 
 template <class real>
@@ -57,7 +58,7 @@ void prepare_blow(Buffers<real>& buffers, const StepParams<real>& params, u32 bl
   for (u32 k = 0; k < count; ++k) closing = points[k].is_hit ? larger(-points[k].u_old, closing) : closing;
   if (count < 2 || !(closing > 0)) return;
 
-  std::array<bool, MANIFOLD_POINTS> touches;
+  Pressing touches;
   NormalMatrix<real> g = {{1, 1, 1, 1}, 0, 0, 0, 0, 0, 0};
   PerPoint<real> u = {0, 0, 0, 0}, e = {0, 0, 0, 0};
   bool leaves = false;

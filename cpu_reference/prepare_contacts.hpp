@@ -334,58 +334,71 @@ PreparedContact<real> prepare_contact(Buffers<real>& buffers, const StepParams<r
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
   const real restitution = points.restitution[lane];
-  const real gap_free = current.gap + params.dt * ((real(1) - params.theta) * u_old + params.theta * u_free);
-  const NormalLaw<real> rests = normal_law(params, correction, current.gap, u_old, u_free, real(0));
-  return {law.soft ? params.softness * w.nn : real(0),
-          {current.gap, u_old, restitution, rests.bias, rests.soft ? params.softness : real(0),
-           restitution > 0 && u_old < -params.restitution_threshold && gap_free < 0}};
+  PreparedContact<real> prepared = {law.soft ? params.softness * w.nn : real(0), {}};
+  if (restitution > 0) {
+    const real gap_free = current.gap + params.dt * ((real(1) - params.theta) * u_old + params.theta * u_free);
+    const NormalLaw<real> rests = normal_law(params, correction, current.gap, u_old, u_free, real(0));
+    prepared.point = {current.gap,
+                      u_old,
+                      restitution,
+                      rests.bias,
+                      rests.soft ? params.softness : real(0),
+                      u_old < -params.restitution_threshold && gap_free < 0};
+  }
+  return prepared;
+}
+
+/// A lane without a contact: cleared once, for nothing writes it until contacts are packed again.
+template <class real>
+void clear_row(Buffers<real>& buffers, u32 row, u32 lane) {
+  clear_lane(buffers.contact_blocks[row], buffers.impulse_blocks[row], lane);
+  if (!buffers.angular_friction_blocks.empty())
+    clear_lane(buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
+  if (!buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
+  if (!buffers.slide_blocks.empty())
+    buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
+  if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = 0;
+}
+
+/// The rows of a pair, and what they ask of its normals together.
+template <class real>
+void prepare_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 block, u32 lane) {
+  const BlockBodies& bodies = buffers.block_bodies[block];
+  const u32 first = buffers.block_rows[block].first, count = bodies.count[lane];
+  const PairMotions<real> motions = pair_motions(buffers, block, lane);
+  std::array<BlowPoint<real>, MANIFOLD_POINTS> points;
+  for (u32 k = 0; k < count; ++k) {
+    const PreparedContact<real> contact =
+        prepare_contact(buffers, params, bodies, motions, lane, first + k, buffers.contact_blocks[first + k],
+                        buffers.impulse_blocks[first + k]);
+    points[k] = contact.point;
+    if (!buffers.softness_blocks.empty()) buffers.softness_blocks[first + k].softness[lane] = contact.softness;
+  }
+  if (!buffers.normal_couplings.empty()) {
+    couple_normals(buffers.contact_blocks, first, count, bodies.kind[lane], lane, motions,
+                   buffers.point_blocks[first].bounding_radius[lane], buffers.normal_couplings[block]);
+    const u32 law = buffers.impact_blocks.empty() ? u32{IMPACT_NEWTON} : buffers.impact_blocks[first].law[lane];
+    prepare_blow(buffers, params, block, lane, law, points);
+  }
+  if (!buffers.patch_blocks.empty())
+    prepare_patch(buffers, params, motions, count, lane, first, buffers.patch_blocks[block],
+                  buffers.patch_impulses[block]);
 }
 
 template <class real>
 void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_aborted(buffers.counters)) return;
+  for_each_pair_slot(buffers,
+                     [&](const BlockBodies&, u32 block, u32 lane) { prepare_pair(buffers, params, block, lane); });
+  if (params.substep > 0) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
-    const BlockBodies& bodies = buffers.block_bodies[block];
-    std::array<BlowPoint<real>, MANIFOLD_POINTS> points[PACK];
-    for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
-      const u32 row = buffers.block_rows[block].first + k;
-      for (u32 lane = 0; lane < PACK; ++lane) {
-        ContactBlock<real>& block_row = buffers.contact_blocks[row];
-        ImpulseBlock<real>& impulses = buffers.impulse_blocks[row];
-        real softness = 0;
-        if (k < bodies.count[lane]) {
-          const PreparedContact<real> contact = prepare_contact(
-              buffers, params, bodies, pair_motions(buffers, block, lane), lane, row, block_row, impulses);
-          softness = contact.softness;
-          points[lane][k] = contact.point;
-        } else {
-          clear_lane(block_row, impulses, lane);
-        }
-        if (k >= bodies.count[lane] && !buffers.angular_friction_blocks.empty())
-          clear_lane(buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
-        if (k >= bodies.count[lane] && !buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
-        if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
-          buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
-        if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
-      }
-    }
-    for (u32 lane = 0; lane < PACK && !buffers.normal_couplings.empty(); ++lane) {
-      const u32 first = buffers.block_rows[block].first;
-      couple_normals(buffers.contact_blocks, first, bodies.count[lane], bodies.kind[lane], lane,
-                     pair_motions(buffers, block, lane), buffers.point_blocks[first].bounding_radius[lane],
-                     buffers.normal_couplings[block]);
-      const u32 law = buffers.impact_blocks.empty() ? u32{IMPACT_NEWTON} : buffers.impact_blocks[first].law[lane];
-      prepare_blow(buffers, params, block, lane, law, points[lane]);
-    }
-    if (buffers.patch_blocks.empty()) continue;
+    const auto [first, count] = buffers.block_rows[block];
     for (u32 lane = 0; lane < PACK; ++lane) {
-      PatchBlock<real>& patch = buffers.patch_blocks[block];
-      PatchImpulse<real>& impulses = buffers.patch_impulses[block];
-      if (bodies.count[lane] > 0)
-        prepare_patch(buffers, params, pair_motions(buffers, block, lane), bodies.count[lane], lane,
-                      buffers.block_rows[block].first, patch, impulses);
-      else
-        clear_lane(patch, impulses, lane);
+      const u32 used = buffers.block_bodies[block].count[lane];
+      for (u32 k = used; k < count; ++k) clear_row(buffers, first + k, lane);
+      if (used > 0) continue;
+      if (!buffers.normal_couplings.empty()) clear_lane(buffers.normal_couplings[block], lane);
+      if (!buffers.patch_blocks.empty()) clear_lane(buffers.patch_blocks[block], buffers.patch_impulses[block], lane);
     }
   }
 }

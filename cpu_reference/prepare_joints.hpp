@@ -345,10 +345,10 @@ void prepare_joints(Buffers<real>& buffers, const StepParams<real>& params) {
   for (u32 block = 0; block < params.joint_blocks; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 joint = buffers.joint_lanes[block].joint[lane];
-      if (joint == NONE || joint_sleeps(buffers, buffers.joint_infos[joint]))
-        clear_joint(buffers.joint_blocks[block], lane);
-      else
+      if (joint != NONE && !joint_sleeps(buffers, buffers.joint_infos[joint]))
         prepare_joint(buffers, params, joint, lane, buffers.joint_blocks[block]);
+      else if (params.substep == 0)  // nothing writes it until the next step
+        clear_joint(buffers.joint_blocks[block], lane);
     }
   }
 }

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "cpu_reference/body_copies.hpp"
@@ -50,49 +51,66 @@ PerPoint<real> times(const NormalMatrix<real>& m, const PerPoint<real>& x) {
           m.w_03 * x[0] + m.w_13 * x[1] + m.w_23 * x[2] + m.diagonal[3] * x[3]};
 }
 
-/// A x = b on the points that press, x = 0 elsewhere.
+/// Which points press.
+using Pressing = std::array<bool, MANIFOLD_POINTS>;
+
+/// L D L^T of a matrix on the points that press; of the others the rows are those of the identity.
 template <class real>
-PerPoint<real> solve_pressing(const NormalMatrix<real>& a, const PerPoint<real>& b,
-                              const std::array<bool, MANIFOLD_POINTS>& presses) {
+struct NormalFactor {
+  Pressing presses;
+  PerPoint<real> inverse;
+  real l10, l20, l21, l30, l31, l32;
+};
+
+template <class real>
+NormalFactor<real> factorise(const NormalMatrix<real>& a, const Pressing& presses) {
   const auto diagonal = [&](u32 i) { return presses[i] ? a.diagonal[i] : real(1); };
   const auto entry = [&](u32 i, u32 j, real w) { return presses[i] && presses[j] ? w : real(0); };
   const real a01 = entry(0, 1, a.w_01), a02 = entry(0, 2, a.w_02), a03 = entry(0, 3, a.w_03);
   const real a12 = entry(1, 2, a.w_12), a13 = entry(1, 3, a.w_13), a23 = entry(2, 3, a.w_23);
-  const real inverse_0 = real(1) / diagonal(0);
-  const real l10 = a01 * inverse_0, l20 = a02 * inverse_0, l30 = a03 * inverse_0;
-  const real inverse_1 = real(1) / (diagonal(1) - l10 * a01);
-  const real e21 = a12 - l20 * a01, e31 = a13 - l30 * a01;
-  const real l21 = e21 * inverse_1, l31 = e31 * inverse_1;
-  const real inverse_2 = real(1) / (diagonal(2) - l20 * a02 - l21 * e21);
-  const real e32 = a23 - l30 * a02 - l31 * e21;
-  const real l32 = e32 * inverse_2;
-  const real inverse_3 = real(1) / (diagonal(3) - l30 * a03 - l31 * e31 - l32 * e32);
+  NormalFactor<real> f;
+  f.presses = presses;
+  f.inverse[0] = real(1) / diagonal(0);
+  f.l10 = a01 * f.inverse[0], f.l20 = a02 * f.inverse[0], f.l30 = a03 * f.inverse[0];
+  f.inverse[1] = real(1) / (diagonal(1) - f.l10 * a01);
+  const real e21 = a12 - f.l20 * a01, e31 = a13 - f.l30 * a01;
+  f.l21 = e21 * f.inverse[1], f.l31 = e31 * f.inverse[1];
+  f.inverse[2] = real(1) / (diagonal(2) - f.l20 * a02 - f.l21 * e21);
+  const real e32 = a23 - f.l30 * a02 - f.l31 * e21;
+  f.l32 = e32 * f.inverse[2];
+  f.inverse[3] = real(1) / (diagonal(3) - f.l30 * a03 - f.l31 * e31 - f.l32 * e32);
+  return f;
+}
 
-  const real y0 = presses[0] ? b[0] : real(0);
-  const real y1 = (presses[1] ? b[1] : real(0)) - l10 * y0;
-  const real y2 = (presses[2] ? b[2] : real(0)) - l20 * y0 - l21 * y1;
-  const real y3 = (presses[3] ? b[3] : real(0)) - l30 * y0 - l31 * y1 - l32 * y2;
-  const real x3 = y3 * inverse_3;
-  const real x2 = y2 * inverse_2 - l32 * x3;
-  const real x1 = y1 * inverse_1 - l21 * x2 - l31 * x3;
-  const real x0 = y0 * inverse_0 - l10 * x1 - l20 * x2 - l30 * x3;
+/// A x = b on the points that press, x = 0 elsewhere.
+template <class real>
+PerPoint<real> solve_factor(const NormalFactor<real>& f, const PerPoint<real>& b) {
+  const real y0 = f.presses[0] ? b[0] : real(0);
+  const real y1 = (f.presses[1] ? b[1] : real(0)) - f.l10 * y0;
+  const real y2 = (f.presses[2] ? b[2] : real(0)) - f.l20 * y0 - f.l21 * y1;
+  const real y3 = (f.presses[3] ? b[3] : real(0)) - f.l30 * y0 - f.l31 * y1 - f.l32 * y2;
+  const real x3 = y3 * f.inverse[3];
+  const real x2 = y2 * f.inverse[2] - f.l32 * x3;
+  const real x1 = y1 * f.inverse[1] - f.l21 * x2 - f.l31 * x3;
+  const real x0 = y0 * f.inverse[0] - f.l10 * x1 - f.l20 * x2 - f.l30 * x3;
   return {x0, x1, x2, x3};
 }
 
-/// r >= 0, A r + q >= 0, complementary. The rows of points that are not there are zero, and `presses` says at which
-/// points r was positive.
+/// r >= 0, A r + q >= 0, complementary. The rows of points that are not there are zero, `presses` says at which points
+/// r was positive, and `factor` is one of A, or of no set: what it is left as serves the next solve.
 template <class real>
-PerPoint<real> solve_normal_problem(const NormalMatrix<real>& a, const PerPoint<real>& q,
-                                    std::array<bool, MANIFOLD_POINTS> presses) {
+PerPoint<real> solve_normal_problem(const NormalMatrix<real>& a, const PerPoint<real>& q, Pressing presses,
+                                    std::optional<NormalFactor<real>>& factor) {
   real largest = 0;
   for (const real x : q) largest = larger(std::fabs(x), largest);
   const real least = -(normal_rounding<real> * largest);
   PerPoint<real> r;
   for (int exchange = 0;; ++exchange) {
-    r = solve_pressing(a, {-q[0], -q[1], -q[2], -q[3]}, presses);
+    if (!factor || factor->presses != presses) factor = factorise(a, presses);
+    r = solve_factor(*factor, {-q[0], -q[1], -q[2], -q[3]});
     if (exchange == normal_exchanges) break;
     const PerPoint<real> u = times(a, r);
-    std::array<bool, MANIFOLD_POINTS> is_wrong;
+    Pressing is_wrong;
     bool any = false;
     for (u32 i = 0; i < MANIFOLD_POINTS; ++i) {
       is_wrong[i] = presses[i] ? r[i] < 0 : u[i] + q[i] < least;
@@ -149,50 +167,78 @@ void couple_normals(const std::vector<ContactBlock<real>>& rows, u32 first, u32 
   couplings.w_23[lane] = coupling(2, 3);
 }
 
-/// Whether the pair has been hit, or has a point that closes faster than its hit_speed.
 template <class real>
-bool is_pair_hit(const NormalCoupling<real>& couplings, const std::vector<ContactBlock<real>>& rows, u32 first,
-                 u32 count, u32 lane, const Motion<real>& a, const Motion<real>& b) {
-  if (couplings.hit_speed[lane] == 0) return true;
-  for (u32 k = 0; k < count; ++k)
-    if (normal_velocity(normal_row(rows[first + k], lane), a, b) < -couplings.hit_speed[lane]) return true;
+void clear_lane(NormalCoupling<real>& couplings, u32 lane) {
+  for (real* field : {couplings.w_01, couplings.w_02, couplings.w_03, couplings.w_12, couplings.w_13, couplings.w_23,
+                      couplings.hit_speed})
+    field[lane] = 0;
+}
+
+/// The normals of a pair in one solve of it, `bias` and `softness` those of their laws: what its solves before and
+/// behind friction share.
+template <class real>
+struct PairNormals {
+  u32 count;
+  NormalRow<real> row[MANIFOLD_POINTS];
+  PerPoint<real> bias, softness;
+  NormalMatrix<real> g;
+  std::optional<NormalFactor<real>> factor;  // of g with softness and proximity
+};
+
+/// `law(row)` is what each point asks for.
+template <class real, class Law>
+PairNormals<real> pair_normals(const NormalCoupling<real>& couplings, const std::vector<ContactBlock<real>>& rows,
+                               u32 first, u32 count, u32 lane, Law&& law) {
+  PairNormals<real> normals = {count, {}, {0, 0, 0, 0}, {0, 0, 0, 0}, {}, {}};
+  for (u32 k = 0; k < count; ++k) {
+    const auto contact_law = law(first + k);
+    normals.row[k] = normal_row(rows[first + k], lane);
+    normals.bias[k] = contact_law.bias.normal;
+    normals.softness[k] = contact_law.softness;
+    normals.g.diagonal[k] = rows[first + k].w_nn[lane];
+  }
+  for (u32 k = count; k < MANIFOLD_POINTS; ++k) normals.g.diagonal[k] = 0;
+  normals.g.w_01 = couplings.w_01[lane], normals.g.w_02 = couplings.w_02[lane], normals.g.w_03 = couplings.w_03[lane];
+  normals.g.w_12 = couplings.w_12[lane], normals.g.w_13 = couplings.w_13[lane], normals.g.w_23 = couplings.w_23[lane];
+  return normals;
+}
+
+/// Whether a point closes faster than the speed.
+template <class real>
+bool is_pair_hit(const PairNormals<real>& normals, real hit_speed, const Motion<real>& a, const Motion<real>& b) {
+  for (u32 k = 0; k < normals.count; ++k)
+    if (normal_velocity(normals.row[k], a, b) < -hit_speed) return true;
   return false;
 }
 
-/// Solves the normals of a pair, `law(row)` what each asks for.
-template <class real, class Law>
-void solve_coupled_normals(const NormalCoupling<real>& couplings, const std::vector<ContactBlock<real>>& rows,
-                           std::vector<ImpulseBlock<real>>& impulses, u32 first, u32 count, u32 kind, u32 lane,
-                           Law&& law, Motion<real>& a, Motion<real>& b) {
-  NormalMatrix<real> g = {{0, 0, 0, 0},         couplings.w_01[lane], couplings.w_02[lane], couplings.w_03[lane],
-                          couplings.w_12[lane], couplings.w_13[lane], couplings.w_23[lane]};
-  NormalRow<real> row[MANIFOLD_POINTS];
-  PerPoint<real> old = {0, 0, 0, 0}, u = {0, 0, 0, 0}, q, softness = {0, 0, 0, 0};
-  std::array<bool, MANIFOLD_POINTS> presses;
+template <class real>
+void solve_normals(PairNormals<real>& normals, std::vector<ImpulseBlock<real>>& impulses, u32 first, u32 kind, u32 lane,
+                   Motion<real>& a, Motion<real>& b) {
+  const NormalMatrix<real>& g = normals.g;
+  const u32 count = normals.count;
+  PerPoint<real> old = {0, 0, 0, 0}, u = {0, 0, 0, 0}, q;
   for (u32 k = 0; k < count; ++k) {
-    row[k] = normal_row(rows[first + k], lane);
-    g.diagonal[k] = rows[first + k].w_nn[lane];
     old[k] = impulses[first + k].normal[lane];
-    softness[k] = law(first + k).softness;
-    u[k] = normal_velocity(row[k], a, b) + law(first + k).bias.normal;
+    u[k] = normal_velocity(normals.row[k], a, b) + normals.bias[k];
   }
   NormalMatrix<real> matrix = g;
   const PerPoint<real> without = times(g, old);
+  Pressing presses;
   for (u32 k = 0; k < MANIFOLD_POINTS; ++k) {
     const real proximity = normal_proximity<real> * g.diagonal[k];
-    matrix.diagonal[k] = g.diagonal[k] + (softness[k] + proximity);
+    matrix.diagonal[k] = g.diagonal[k] + (normals.softness[k] + proximity);
     q[k] = u[k] - without[k] - proximity * old[k];
     presses[k] = g.diagonal[k] * old[k] > u[k];
   }
-  const PerPoint<real> r = solve_normal_problem(matrix, q, presses);
+  const PerPoint<real> r = solve_normal_problem(matrix, q, presses, normals.factor);
 
   Vec3<real> impulse = {0, 0, 0}, moment_a = {0, 0, 0}, moment_b = {0, 0, 0};
   for (u32 k = 0; k < count; ++k) {
     const real d = r[k] - old[k];
     impulses[first + k].normal[lane] = r[k];
-    impulse = add3(impulse, scale3(d, row[k].normal));
-    moment_a = add3(moment_a, scale3(d, row[k].moment_a));
-    moment_b = add3(moment_b, scale3(d, row[k].moment_b));
+    impulse = add3(impulse, scale3(d, normals.row[k].normal));
+    moment_a = add3(moment_a, scale3(d, normals.row[k].moment_a));
+    moment_b = add3(moment_b, scale3(d, normals.row[k].moment_b));
   }
   if (a.inverse_mass > 0) {
     store3(a.v, add3(vec3(a.v), scale3(a.inverse_mass, impulse)));

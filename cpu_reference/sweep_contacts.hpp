@@ -1,6 +1,8 @@
 // The order of the solves: what the solver's sweeps and the warm start share. kernels/sweep_contacts.h is the twin.
 #pragma once
 
+#include <optional>
+
 #include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/purpose.hpp"
 #include "cpu_reference/solve_angular_friction.hpp"
@@ -61,24 +63,25 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     }
   };
   if (buffers.patch_blocks.empty()) {
-    const auto solve_normals = [&] {
-      if (buffers.normal_couplings.empty() || count < 2) return;
-      const auto law = [&](u32 row) { return contact_law(purpose, buffers, row, lane); };
-      solve_coupled_normals(buffers.normal_couplings[block], buffers.contact_blocks, buffers.impulse_blocks, first,
-                            count, bodies.kind[lane], lane, law, a, b);
+    std::optional<PairNormals<real>> normals;
+    if (!buffers.normal_couplings.empty() && count > 1)
+      normals = pair_normals(buffers.normal_couplings[block], buffers.contact_blocks, first, count, lane,
+                             [&](u32 row) { return contact_law(purpose, buffers, row, lane); });
+    const auto solve = [&] {
+      if (normals) solve_normals(*normals, buffers.impulse_blocks, first, bodies.kind[lane], lane, a, b);
     };
-    const auto solve_normals_if_hit = [&] {
-      if (buffers.normal_couplings.empty() || count < 2) return;
-      NormalCoupling<real>& couplings = buffers.normal_couplings[block];
-      const bool has_springs = !buffers.softness_blocks.empty();
-      if (has_springs && !is_pair_hit(couplings, buffers.contact_blocks, first, count, lane, a, b)) return;
-      if (has_springs) couplings.hit_speed[lane] = 0;
-      solve_normals();
+    const auto solve_if_hit = [&] {
+      if (normals && !buffers.softness_blocks.empty()) {
+        real& hit_speed = buffers.normal_couplings[block].hit_speed[lane];
+        if (hit_speed != 0 && !is_pair_hit(*normals, hit_speed, a, b)) return;
+        hit_speed = 0;
+      }
+      solve();
     };
-    if (purpose == Purpose::relax && count > 1 && is_pushed_out(buffers, block, lane)) {
-      solve_normals();
+    if (purpose == Purpose::relax && is_pushed_out(buffers, block, lane)) {
+      solve();
     } else {
-      solve_normals_if_hit();
+      solve_if_hit();
     }
     for_each_row([&](u32 row, ContactLaw<real> law, const auto& contact, auto& impulses) {
       if (buffers.angular_friction_blocks.empty())
@@ -87,7 +90,7 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
       return solve_angular_friction(contact, buffers.angular_friction_blocks[row], ellipse, law.bias, law.softness,
                                     impulses, buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
     });
-    solve_normals_if_hit();
+    solve_if_hit();
     return change;
   }
   const auto solve = [&](u32, ContactLaw<real> law, const auto& contact, auto& impulses) {

@@ -88,7 +88,8 @@ TYPED_TEST(SolveNormals, OfAFaceAreComplementary) {
     const Problem<real> p = face<real>(random);
     std::array<bool, MANIFOLD_POINTS> presses;
     for (bool& x : presses) x = random.bits() % 2 == 0;
-    const auto r = reference::solve_normal_problem(p.a, p.q, presses);
+    std::optional<reference::NormalFactor<real>> factor;
+    const auto r = reference::solve_normal_problem(p.a, p.q, presses, factor);
     auto u = reference::times(p.a, r);
     for (u32 i = 0; i < MANIFOLD_POINTS; ++i) {
       const double residual = double(u[i]) + p.q[i];
