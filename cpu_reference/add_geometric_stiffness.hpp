@@ -65,6 +65,35 @@ Stiffness<real> geometric_stiffness(const Buffers<real>& b, const StepParams<rea
   return sum;
 }
 
+template <class real>
+real sum_of_sizes(Vec3<real> v) {
+  return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
+}
+
+/// Whether the body carries so little that it is not too light about any axis, whatever its joints are turned by: as
+/// |f_y r_y| + |f_z r_z| <= |f| |r|, and no vector is longer than the sum of its components' sizes along any axes.
+template <class real>
+bool carries_little(const Buffers<real>& b, const StepParams<real>& params, u32 body) {
+  real bound = 0;
+  for (u32 k = b.body_joint_starts[body]; k < b.body_joint_starts[body + 1]; ++k) {
+    const BodyJoint at = b.body_joints[k];
+    const JointInfo& info = b.joint_infos[at.joint];
+    const JointImpulseBlock<real>& given = b.joint_impulses[at.slot / PACK];
+    const u32 lane = at.slot % PACK;
+    real impulse = sum_of_sizes(Vec3<real>{given.locked[0][lane], given.locked[1][lane], given.locked[2][lane]});
+    if (info.free == FREE_TRAVEL || info.free == FREE_LENGTH)
+      impulse = impulse + (std::fabs(given.free[lane]) + std::fabs(given.impedance[lane]));
+    real arm = sum_of_sizes(vec3(b.joints[at.joint].anchor_b)) + joint_sizes(b, at.joint).radius;
+    if (info.body_a == body) {
+      const Vec3<real> x_b = info.body_b < params.bodies ? vec3_of(b.positions[info.body_b]) : Vec3<real>{0, 0, 0};
+      arm = arm + sum_of_sizes(sub3(x_b, vec3_of(b.positions[body])));
+    }
+    bound = bound + impulse * arm;
+  }
+  const Vec3<real> inverse = vec3(b.masses[body].inverse_inertia);
+  return real(STIFF_INERTIA_SHARE) * params.dt * bound * sum_of_sizes(inverse) < real(0.984375);
+}
+
 /// Whether it swings too fast for a sub-step: I < h^2 k / 2 about some axis.
 template <class real>
 bool is_too_light(const Mass<real>& mass, Vec3<real> stiffness, real dt) {
@@ -100,6 +129,7 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
   if (step_aborted(b.counters)) return;
   for (u32 i = 0; i < params.bodies; ++i) {
     if (b.body_joint_starts[i] == b.body_joint_starts[i + 1] || is_asleep(b, i) || is_pivoted(b.pivots, i)) continue;
+    if (carries_little(b, params, i)) continue;
     const Stiffness<real> stiffness = geometric_stiffness(b, params, i);
     Mass<real> mass = b.masses[i];
     if (!is_too_light(mass, stiffness.own, params.dt)) continue;

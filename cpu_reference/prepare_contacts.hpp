@@ -376,7 +376,12 @@ void prepare_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 bl
   }
   if (!buffers.normal_couplings.empty()) {
     couple_normals(buffers.contact_blocks, first, count, bodies.kind[lane], lane, motions,
-                   buffers.point_blocks[first].bounding_radius[lane], buffers.normal_couplings[block]);
+                   buffers.normal_couplings[block]);
+    if (!buffers.softness_blocks.empty()) {
+      const real radius = buffers.point_blocks[first].bounding_radius[lane];
+      set_hit_speed(params.substep, radius, buffers.contact_blocks, buffers.impulse_blocks, first, count, lane,
+                    buffers.normal_couplings[block]);
+    }
     const u32 law = buffers.impact_blocks.empty() ? u32{IMPACT_NEWTON} : buffers.impact_blocks[first].law[lane];
     prepare_blow(buffers, params, block, lane, law, points);
   }

@@ -320,7 +320,7 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   const bool bounds_spring = joint.motor_force < 0;
   block.motor_speed[lane] = bounds_spring ? joint.motor_speed * params.dt : joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
-  const real before = free_velocity_before(buffers, params, info, current);
+  const real before = is_free ? free_velocity_before(buffers, params, info, current) : real(0);
   real mobility = block.free_mobility[lane] - coupled_mobility;
   if (joint.armature > 0) mobility = mobility / (real(1) + joint.armature * mobility);
   const SpringLaw<real> spring =

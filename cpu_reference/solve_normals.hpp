@@ -149,7 +149,7 @@ real normal_velocity(const NormalRow<real>& row, const Motion<real>& a, const Mo
 /// Of rows that are prepared; of a pair of one contact, zero.
 template <class real>
 void couple_normals(const std::vector<ContactBlock<real>>& rows, u32 first, u32 count, u32 kind, u32 lane,
-                    const PairMotions<real>& motions, real bounding_radius, NormalCoupling<real>& couplings) {
+                    const PairMotions<real>& motions, NormalCoupling<real>& couplings) {
   const Motion<real>&a = motions.a, &b = motions.b;
   const auto coupling = [&](u32 i, u32 j) {
     if (j >= count) return real(0);
@@ -158,13 +158,26 @@ void couple_normals(const std::vector<ContactBlock<real>>& rows, u32 first, u32 
            (dot3(x.moment_a, angular_velocity_change(a, kind, y.moment_a)) +
             dot3(x.moment_b, angular_velocity_change(b, kind, y.moment_b)));
   };
-  couplings.hit_speed[lane] = real(HIT_SPEED_SHARE) * bounding_radius;
   couplings.w_01[lane] = coupling(0, 1);
   couplings.w_02[lane] = coupling(0, 2);
   couplings.w_03[lane] = coupling(0, 3);
   couplings.w_12[lane] = coupling(1, 2);
   couplings.w_13[lane] = coupling(1, 3);
   couplings.w_23[lane] = coupling(2, 3);
+}
+
+/// From which speed on a closing point hits its pair, where pairs rest on springs, m/s: a share of the radius in a
+/// second, and of the speed that the load takes from its contact in a sub-step, the least load of the step so far, for
+/// what comes down leaves an impulse that is no load.
+template <class real>
+void set_hit_speed(u32 substep, real bounding_radius, const std::vector<ContactBlock<real>>& rows,
+                   const std::vector<ImpulseBlock<real>>& impulses, u32 first, u32 count, u32 lane,
+                   NormalCoupling<real>& couplings) {
+  real load = 0;
+  for (u32 k = 0; k < count; ++k) load = larger(rows[first + k].w_nn[lane] * impulses[first + k].normal[lane], load);
+  const real speed = real(HIT_SPEED_SHARE) * bounding_radius + real(HIT_LOAD_SHARE) * load;
+  const real before = std::fabs(couplings.hit_speed[lane]);
+  couplings.hit_speed[lane] = substep == 0 || speed < before ? speed : before;
 }
 
 template <class real>

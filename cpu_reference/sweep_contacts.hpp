@@ -38,7 +38,7 @@ ContactLaw<real> contact_law(Purpose purpose, const Buffers<real>& buffers, u32 
 template <class real>
 bool is_pushed_out(const Buffers<real>& buffers, u32 block, u32 lane) {
   if (buffers.normal_couplings.empty() || buffers.softness_blocks.empty()) return false;
-  const real hit_speed = buffers.normal_couplings[block].hit_speed[lane];
+  const real hit_speed = std::fabs(buffers.normal_couplings[block].hit_speed[lane]);
   const u32 first = buffers.block_rows[block].first, end = first + buffers.block_bodies[block].count[lane];
   for (u32 row = first; row < end; ++row)
     if (buffers.softness_blocks[row].softness[lane] > 0 && buffers.contact_blocks[row].bias[lane] < -hit_speed)
@@ -73,8 +73,8 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     const auto solve_if_hit = [&] {
       if (normals && !buffers.softness_blocks.empty()) {
         real& hit_speed = buffers.normal_couplings[block].hit_speed[lane];
-        if (hit_speed != 0 && !is_pair_hit(*normals, hit_speed, a, b)) return;
-        hit_speed = 0;
+        if (!(hit_speed < 0) && !is_pair_hit(*normals, hit_speed, a, b)) return;
+        hit_speed = -std::fabs(hit_speed);
       }
       solve();
     };

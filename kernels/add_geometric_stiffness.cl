@@ -61,6 +61,31 @@ static inline Stiffness geometric_stiffness(const StiffnessStream* s, u32 body) 
   return sum;
 }
 
+static inline real sum_of_sizes(Vec3 v) { return fabs(v.x) + fabs(v.y) + fabs(v.z); }
+
+static inline bool carries_little(const StiffnessStream* s, u32 body) {
+  real bound = (real)0;
+  for (u32 k = s->body_joint_starts[body]; k < s->body_joint_starts[body + 1u]; ++k) {
+    const BodyJoint at = s->body_joints[k];
+    const JointInfo info = s->joint_infos[at.joint];
+    global const JointImpulseBlock* given = s->joint_impulses + at.slot / PACK;
+    const u32 lane = at.slot % PACK;
+    real impulse = sum_of_sizes(make3(given->locked[0][lane], given->locked[1][lane], given->locked[2][lane]));
+    if (info.free == FREE_TRAVEL || info.free == FREE_LENGTH)
+      impulse = impulse + (fabs(given->free[lane]) + fabs(given->impedance[lane]));
+    global const real* anchor = s->joints[at.joint].anchor_b;
+    real arm = sum_of_sizes(make3(anchor[0], anchor[1], anchor[2])) +
+               joint_sizes(s->screw_leads, s->rolling_radii, at.joint).radius;
+    if (info.body_a == body) {
+      const Vec3 x_b = info.body_b < s->bodies ? vec3_of(s->positions[info.body_b]) : make3((real)0, (real)0, (real)0);
+      arm = arm + sum_of_sizes(sub3(x_b, vec3_of(s->positions[body])));
+    }
+    bound = bound + impulse * arm;
+  }
+  const Mass mass = s->masses[body];
+  return (real)STIFF_INERTIA_SHARE * s->dt * bound * sum_of_sizes(vec3(mass.inverse_inertia)) < (real)0.984375f;
+}
+
 static inline bool is_too_light(const Mass mass, Vec3 stiffness, real dt) {
   const Vec3 shares = multiply3(scale3((real)STIFF_INERTIA_SHARE * dt, stiffness), vec3(mass.inverse_inertia));
   return shares.x > (real)1 || shares.y > (real)1 || shares.z > (real)1;
@@ -104,6 +129,7 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
                              body_joint_starts,   body_joints, joint_impulses};
   FOR_EACH(i, params.bodies) {
     if (body_joint_starts[i] == body_joint_starts[i + 1u] || is_asleep(sleepers, i) || IS_PIVOTED(pivots, i)) continue;
+    if (carries_little(&s, i)) continue;
     const Stiffness stiffness = geometric_stiffness(&s, i);
     Mass mass = masses[i];
     if (!is_too_light(mass, stiffness.own, params.dt)) continue;

@@ -409,9 +409,12 @@ kernel void prepare_contacts(
       raise_maximum(counters, COUNTER_MAX_OVERLAP_RATIO, lane_largest(overlap.ratio));
     }
 #if FEATURE_COUPLED_NORMALS
-    const lane hit_speed = (lane)HIT_SPEED_SHARE * LANE_LOAD(point_blocks[rows.first].bounding_radius + first);
-    couple_normals(first, rows.count, count, general, &a.motion, &b.motion, hit_speed, contact_blocks + rows.first,
+    couple_normals(first, rows.count, count, general, &a.motion, &b.motion, contact_blocks + rows.first,
                    normal_couplings + item / ITEMS_PER_BLOCK);
+#if FEATURE_SOFT_CONTACTS
+    set_hit_speed(params.substep, first, rows.count, LANE_LOAD(point_blocks[rows.first].bounding_radius + first),
+                  contact_blocks + rows.first, impulse_blocks + rows.first, normal_couplings + item / ITEMS_PER_BLOCK);
+#endif
     prepare_blows(&params, first, rows.count, count, blows, impact_blocks + rows.first,
                   normal_couplings + item / ITEMS_PER_BLOCK, contact_blocks + rows.first, softness_blocks + rows.first);
 #endif

@@ -116,7 +116,7 @@ static inline lane lane_coupling(const LaneNormalRow* x, const LaneNormalRow* y,
 
 // Of rows that are prepared; zero where there are none.
 static inline void couple_normals(u32 first, u32 row_count, lane_u32 count, lane_mask general, const LaneBody* a,
-                                  const LaneBody* b, lane hit_speed, global const ContactBlock* rows,
+                                  const LaneBody* b, global const ContactBlock* rows,
                                   global NormalCoupling* couplings) {
   lane w[6];
   for (u32 k = 0u; k < 6u; ++k) w[k] = (lane)0;
@@ -138,13 +138,27 @@ static inline void couple_normals(u32 first, u32 row_count, lane_u32 count, lane
   }
   const lane_mask two = LANE_MASK(count > (lane_u32)1), three = LANE_MASK(count > (lane_u32)2);
   const lane_mask four = LANE_MASK(count > (lane_u32)3);
-  LANE_STORE(hit_speed, couplings->hit_speed + first);
   lane_store_where(two, w[0], couplings->w_01 + first);
   lane_store_where(three, w[1], couplings->w_02 + first);
   lane_store_where(four, w[2], couplings->w_03 + first);
   lane_store_where(three, w[3], couplings->w_12 + first);
   lane_store_where(four, w[4], couplings->w_13 + first);
   lane_store_where(four, w[5], couplings->w_23 + first);
+}
+
+// From which speed on a closing point hits its pair (cpu_reference/solve_normals.hpp).
+static inline void set_hit_speed(u32 substep, u32 first, u32 row_count, lane bounding_radius,
+                                 global const ContactBlock* rows, global const ImpulseBlock* impulses,
+                                 global NormalCoupling* couplings) {
+  lane load = (lane)0;
+  for (u32 k = 0u; k < row_count; ++k)
+    load = lane_larger(LANE_LOAD(rows[k].w_nn + first) * LANE_LOAD(impulses[k].normal + first), load);
+  lane speed = (lane)HIT_SPEED_SHARE * bounding_radius + (lane)HIT_LOAD_SHARE * load;
+  if (substep > 0u) {
+    const lane before = fabs(LANE_LOAD(couplings->hit_speed + first));
+    speed = speed < before ? speed : before;
+  }
+  LANE_STORE(speed, couplings->hit_speed + first);
 }
 
 static inline lane lane_normal_velocity(const LaneNormalRow* row, const LaneBody* a, const LaneBody* b) {
@@ -162,7 +176,7 @@ static inline lane_mask lane_hit_pairs(u32 first, u32 row_count, global const No
     least = velocity < least ? velocity : least;
   }
   const lane hit_speed = LANE_LOAD(couplings->hit_speed + first);
-  return (hit_speed == (lane)0) | (least < -hit_speed);
+  return (hit_speed < (lane)0) | (least < -hit_speed);
 }
 
 // Solves the normals of `pairs`; a block has `row_count` rows, of which `rows` is the first.

@@ -56,7 +56,7 @@ static inline lane_mask hit_pairs(u32 first, u32 block, lane_mask several, const
   const lane_mask pairs =
       several & lane_hit_pairs(first, rows.count, s->couplings + block, s->contacts + rows.first, a, b);
   global real* const hit_speed = s->couplings[block].hit_speed + first;
-  if (LANE_ANY(pairs)) LANE_STORE(pairs ? (lane)0 : LANE_LOAD(hit_speed), hit_speed);
+  if (LANE_ANY(pairs)) LANE_STORE(pairs ? -fabs(LANE_LOAD(hit_speed)) : LANE_LOAD(hit_speed), hit_speed);
   return pairs;
 #else
   return several;
@@ -68,7 +68,7 @@ static inline lane_mask pushed_out_pairs(u32 first, u32 block, lane_mask several
   lane_mask pushed_out = (lane)0 > (lane)0;
 #if FEATURE_SOFT_CONTACTS
   const BlockRows rows = s->rows[block];
-  const lane hit_speed = LANE_LOAD(s->couplings[block].hit_speed + first);
+  const lane hit_speed = fabs(LANE_LOAD(s->couplings[block].hit_speed + first));
   for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
     pushed_out = pushed_out | ((LANE_LOAD(s->softness[row].softness + first) > (lane)0) &
                                (LANE_LOAD(s->contacts[row].bias + first) < -hit_speed));
