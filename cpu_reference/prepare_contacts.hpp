@@ -377,11 +377,13 @@ void prepare_pair(Buffers<real>& buffers, const StepParams<real>& params, u32 bl
   if (!buffers.normal_couplings.empty()) {
     couple_normals(buffers.contact_blocks, first, count, bodies.kind[lane], lane, motions,
                    buffers.normal_couplings[block]);
-    if (!buffers.softness_blocks.empty()) {
-      const real radius = buffers.point_blocks[first].bounding_radius[lane];
-      set_hit_speed(params.substep, radius, buffers.contact_blocks, buffers.impulse_blocks, first, count, lane,
-                    buffers.normal_couplings[block]);
-    }
+    real& hit_speed = buffers.normal_couplings[block].hit_speed[lane];
+    if (buffers.softness_blocks.empty())
+      hit_speed = 0;
+    else
+      hit_speed =
+          next_hit_speed(params.substep, buffers.point_blocks[first].bounding_radius[lane],
+                         pair_load(buffers.contact_blocks, buffers.impulse_blocks, first, count, lane), hit_speed);
     const u32 law = buffers.impact_blocks.empty() ? u32{IMPACT_NEWTON} : buffers.impact_blocks[first].law[lane];
     prepare_blow(buffers, params, block, lane, law, points);
   }

@@ -166,18 +166,22 @@ void couple_normals(const std::vector<ContactBlock<real>>& rows, u32 first, u32 
   couplings.w_23[lane] = coupling(2, 3);
 }
 
-/// From which speed on a closing point hits its pair, where pairs rest on springs, m/s: a share of the radius in a
-/// second, and of the speed that the load takes from its contact in a sub-step, the least load of the step so far, for
-/// what comes down leaves an impulse that is no load.
+/// The speed that its load takes from a contact of the pair in a sub-step, of all the largest, m/s.
 template <class real>
-void set_hit_speed(u32 substep, real bounding_radius, const std::vector<ContactBlock<real>>& rows,
-                   const std::vector<ImpulseBlock<real>>& impulses, u32 first, u32 count, u32 lane,
-                   NormalCoupling<real>& couplings) {
+real pair_load(const std::vector<ContactBlock<real>>& rows, const std::vector<ImpulseBlock<real>>& impulses, u32 first,
+               u32 count, u32 lane) {
   real load = 0;
   for (u32 k = 0; k < count; ++k) load = larger(rows[first + k].w_nn[lane] * impulses[first + k].normal[lane], load);
+  return load;
+}
+
+/// From which speed on a closing point hits a pair that rests on springs, m/s: by the least load of the step so far,
+/// for what comes down leaves an impulse that is no load. `before`: the hit_speed of the last sub-step.
+template <class real>
+real next_hit_speed(u32 substep, real bounding_radius, real load, real before) {
   const real speed = real(HIT_SPEED_SHARE) * bounding_radius + real(HIT_LOAD_SHARE) * load;
-  const real before = std::fabs(couplings.hit_speed[lane]);
-  couplings.hit_speed[lane] = substep == 0 || speed < before ? speed : before;
+  const real least = std::fabs(before);
+  return substep == 0 || speed < least ? speed : least;
 }
 
 template <class real>

@@ -411,10 +411,14 @@ kernel void prepare_contacts(
 #if FEATURE_COUPLED_NORMALS
     couple_normals(first, rows.count, count, general, &a.motion, &b.motion, contact_blocks + rows.first,
                    normal_couplings + item / ITEMS_PER_BLOCK);
+    lane hit_speed = (lane)0;
 #if FEATURE_SOFT_CONTACTS
-    set_hit_speed(params.substep, first, rows.count, LANE_LOAD(point_blocks[rows.first].bounding_radius + first),
-                  contact_blocks + rows.first, impulse_blocks + rows.first, normal_couplings + item / ITEMS_PER_BLOCK);
+    hit_speed =
+        lane_next_hit_speed(params.substep, LANE_LOAD(point_blocks[rows.first].bounding_radius + first),
+                            lane_pair_load(first, rows.count, contact_blocks + rows.first, impulse_blocks + rows.first),
+                            LANE_LOAD(normal_couplings[item / ITEMS_PER_BLOCK].hit_speed + first));
 #endif
+    LANE_STORE(hit_speed, normal_couplings[item / ITEMS_PER_BLOCK].hit_speed + first);
     prepare_blows(&params, first, rows.count, count, blows, impact_blocks + rows.first,
                   normal_couplings + item / ITEMS_PER_BLOCK, contact_blocks + rows.first, softness_blocks + rows.first);
 #endif

@@ -146,19 +146,19 @@ static inline void couple_normals(u32 first, u32 row_count, lane_u32 count, lane
   lane_store_where(four, w[5], couplings->w_23 + first);
 }
 
-// From which speed on a closing point hits its pair (cpu_reference/solve_normals.hpp).
-static inline void set_hit_speed(u32 substep, u32 first, u32 row_count, lane bounding_radius,
-                                 global const ContactBlock* rows, global const ImpulseBlock* impulses,
-                                 global NormalCoupling* couplings) {
+static inline lane lane_pair_load(u32 first, u32 row_count, global const ContactBlock* rows,
+                                  global const ImpulseBlock* impulses) {
   lane load = (lane)0;
   for (u32 k = 0u; k < row_count; ++k)
     load = lane_larger(LANE_LOAD(rows[k].w_nn + first) * LANE_LOAD(impulses[k].normal + first), load);
-  lane speed = (lane)HIT_SPEED_SHARE * bounding_radius + (lane)HIT_LOAD_SHARE * load;
-  if (substep > 0u) {
-    const lane before = fabs(LANE_LOAD(couplings->hit_speed + first));
-    speed = speed < before ? speed : before;
-  }
-  LANE_STORE(speed, couplings->hit_speed + first);
+  return load;
+}
+
+static inline lane lane_next_hit_speed(u32 substep, lane bounding_radius, lane load, lane before) {
+  const lane speed = (lane)HIT_SPEED_SHARE * bounding_radius + (lane)HIT_LOAD_SHARE * load;
+  const lane least = fabs(before);
+  if (substep == 0u) return speed;
+  return speed < least ? speed : least;
 }
 
 static inline lane lane_normal_velocity(const LaneNormalRow* row, const LaneBody* a, const LaneBody* b) {

@@ -66,13 +66,13 @@ RECORD(ImpulseSumBlock) { real x[PACK], y[PACK], z[PACK]; };
 // A pair is hit where a point closes faster: this share of the bounding radius of its smaller shape, 1/s, and this one
 // of the speed that its load takes from a contact in a sub-step.
 #define HIT_SPEED_SHARE 0.1875f
-#define HIT_LOAD_SHARE 0.0625f
+#define HIT_LOAD_SHARE 0.25f
 
 // What the normal impulses of two contacts of a pair make of each other's normal velocity, 1/kg (feature
 // coupled_normals): what w_nn is of one, w_ij is of the i-th and the j-th. 0 where the pair has fewer.
 RECORD(NormalCoupling) {
   real w_01[PACK], w_02[PACK], w_03[PACK], w_12[PACK], w_13[PACK], w_23[PACK];
-  real hit_speed[PACK];  // m/s; negative from a solve on in which the pair is hit (feature soft_contacts)
+  real hit_speed[PACK];  // m/s, of springs; negative from a solve on in which the pair is hit
 };
 
 // What the contacts of each pair share in a scene of patches: one friction block and a twist at the centre of pressure.
