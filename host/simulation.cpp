@@ -127,8 +127,8 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, const Step
 }  // namespace
 
 template <class real>
-StepParams<real> params_of_step(StepParams<real> params, u32 steps_done) {
-  if (steps_done == 0 && !(params.softness > 0)) params.iterations *= cold_start_sweeps;
+StepParams<real> params_of_step(StepParams<real> params, u32 steps_done, bool starts_cold) {
+  if ((steps_done == 0 || starts_cold) && !(params.softness > 0)) params.iterations *= cold_start_sweeps;
   return params;
 }
 
@@ -202,11 +202,12 @@ void Simulation<real>::make_step() {
     counters_ = backend_->counters();
     counters_[COUNTER_EVENTS] = 0;
     is_restored_ = false;
+    starts_cold_ = false;
     ++steps_done_;
     return;
   }
   for (;;) {
-    lockstep::step(*backend_, params_of_step(params_, steps_done_));
+    lockstep::step(*backend_, params_of_step(params_, steps_done_, starts_cold_));
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
@@ -223,6 +224,7 @@ void Simulation<real>::make_step() {
   }
   ++steps_done_;
   is_restored_ = false;
+  starts_cold_ = false;
   stepped_ = true;
   uploads_at_end_ = backend_->uploads();
 }
@@ -250,7 +252,8 @@ SavedSimulation Simulation<real>::save() {
           unsolved_,
           backend_->unsolved(),
           stepped_,
-          uploads_at_end_ == backend_->uploads()};
+          uploads_at_end_ == backend_->uploads(),
+          starts_cold_};
 }
 
 template <class real>
@@ -265,6 +268,7 @@ void Simulation<real>::restore(SavedSimulation& saved) {
   unsolved_ = saved.unsolved;
   has_failed_ = false;
   stepped_ = saved.stepped;
+  starts_cold_ = saved.starts_cold;
   is_restored_ = true;
   uploads_at_end_ = saved.untouched ? backend_->uploads() : backend_->uploads() - 1;
 }
@@ -326,8 +330,8 @@ std::vector<WorldHash> Simulation<real>::world_hashes() {
   return backend_->download(wanted).world_hashes;
 }
 
-template StepParams<float> params_of_step(StepParams<float>, u32);
-template StepParams<double> params_of_step(StepParams<double>, u32);
+template StepParams<float> params_of_step(StepParams<float>, u32, bool);
+template StepParams<double> params_of_step(StepParams<double>, u32, bool);
 template class Simulation<float>;
 template class Simulation<double>;
 

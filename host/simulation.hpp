@@ -47,7 +47,7 @@ struct SavedSimulation {
   Counters counters = {};
   u32 steps_done = 0, redone = 0, wakings = 0;
   Unsolved unsolved, of_backend;
-  bool stepped = false, untouched = false;
+  bool stepped = false, untouched = false, starts_cold = false;
 };
 
 /// One of the answers; they are in order of the questions and of the shapes.
@@ -56,9 +56,10 @@ struct Overlap {
   u32 body, shape;
 };
 
-/// Those of the step after so many: the first of a run has no impulses to start from, and gets ten times the sweeps.
+/// Those of the step after so many: the first of a run, and what starts cold, has no impulses of its own to start from,
+/// and gets ten times the sweeps.
 template <class real>
-StepParams<real> params_of_step(StepParams<real> params, u32 steps_done);
+StepParams<real> params_of_step(StepParams<real> params, u32 steps_done, bool starts_cold = false);
 
 template <class real>
 class Simulation {
@@ -104,6 +105,9 @@ class Simulation {
   /// Which solid shapes overlap each volume. The same applies.
   std::vector<Overlap> find_overlaps(std::span<const VolumeQuery> volumes);
 
+  /// The next step gets the sweeps of a first one, for what acts has changed.
+  void start_cold() { starts_cold_ = true; }
+
   Backend<real>& backend() { return *backend_; }
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step
@@ -131,6 +135,7 @@ class Simulation {
   Unsolved unsolved_;  // by sweeps; once a step has failed, all
   bool has_failed_ = false;
   bool is_restored_ = false;  // since the last step
+  bool starts_cold_ = false;  // the next one
   bool stepped_ = false;      // the counters are those of a step that this simulation did
   u32 uploads_at_end_ = 0;    // of the backend, when the last step had been done
 };

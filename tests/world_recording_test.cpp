@@ -165,7 +165,7 @@ TEST_F(WorldRecording, RefusesInvalidInputs) {
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
   change_input(1, [](InputRow& row) { row.kind = InputKind::gravity; });  // there is one world, 0
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
-  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(6); });
+  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(7); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
   change_input(1, [](InputRow& row) { row.kind = InputKind::velocity, row.angular[2] = std::nan(""); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");

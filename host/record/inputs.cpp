@@ -24,6 +24,7 @@ void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   woken.sleepers = current.sleepers;
   bool any = false;
   for (const InputRow& row : inputs) {
+    if (row.kind == InputKind::cold_start) continue;
     if (row.kind == InputKind::gravity) {
       any = wake_all(woken.sleepers) || any;
     } else if (row.kind == InputKind::motor || row.kind == InputKind::rest) {
@@ -74,7 +75,9 @@ Buffers<real> driven_by_inputs(const Buffers<real>& state) {
 }
 
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven, double dt) {
+void act(std::span<const InputRow> inputs, Simulation<real>& simulation, Buffers<real>& driven) {
+  Backend<real>& backend = simulation.backend();
+  const double dt = double(simulation.params().dt);
   const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
   wake(inputs, backend);
   const Buffer motions[] = {Buffer::motions};
@@ -114,6 +117,7 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
                  pulls.w};
         break;
       }
+      case InputKind::cold_start: simulation.start_cold(); break;
       case InputKind::restore: break;  // of the whole state, by who has it
     }
   }
@@ -131,7 +135,7 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
 
 template Buffers<float> driven_by_inputs(const Buffers<float>&);
 template Buffers<double> driven_by_inputs(const Buffers<double>&);
-template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&, double);
-template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&, double);
+template void act(std::span<const InputRow>, Simulation<float>&, Buffers<float>&);
+template void act(std::span<const InputRow>, Simulation<double>&, Buffers<double>&);
 
 }  // namespace lockstep

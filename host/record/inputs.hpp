@@ -24,9 +24,8 @@ real spring_rest(const Joint<real>& joint) {
 }
 
 /// Does it, before a step: overwrites velocities, lets loads act, drives motors, moves springs and pulls otherwise;
-/// restores are none of it. `driven` is the caller's copy of what the backend holds of these, and is kept up; `dt` is a
-/// sub-step, s.
+/// restores are none of it. `driven` is the caller's copy of what the backend holds of these, and is kept up.
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven, double dt);
+void act(std::span<const InputRow> inputs, Simulation<real>& simulation, Buffers<real>& driven);
 
 }  // namespace lockstep

@@ -60,12 +60,14 @@ struct Recorded {
   bool forces = false;  // of contacts and joints
 };
 
-enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3, gravity = 4, rest = 5 };
+enum class InputKind : u32 { velocity = 0, load = 1, motor = 2, restore = 3, gravity = 4, rest = 5, cold_start = 6 };
 
 /// A row of `inputs`: what was done to a body, a joint or the whole state from outside before a step. A velocity
 /// replaces that of the body; a load acts from this step on, until another one does; a joint's motor is this one until
 /// it is another, and so are gravity, m/s^2, and where the spring of a joint rests, m or rad. A restore puts back the
-/// state that there was before row `body` of `steps`, when as many inputs as linear[0] says had been done.
+/// state that there was before row `body` of `steps`, when as many inputs as linear[0] says had been done. A cold start
+/// gives the step the sweeps of a first one: what acts or a mass has changed, and the impulses it starts from balance
+/// something else.
 struct InputRow {
   u32 step = 0;  // the number of the step that is the first to feel it, as in StepRow
   u32 body = 0;  // of a motor and a rest, the joint; of a restore, a row of `steps`; of gravity, the world

@@ -83,7 +83,7 @@ std::vector<Row> read_table(hid_t file, const char* name, const h5::Handle& type
 // Whether this can be done to the bodies or the joints of the scene.
 template <class real>
 bool fits(const InputRow& row, const InitialState<real>& state) {
-  if (row.kind == InputKind::restore) return true;
+  if (row.kind == InputKind::restore || row.kind == InputKind::cold_start) return true;
   if (row.kind == InputKind::gravity) return row.body < state.sizes.worlds;
   if (row.kind == InputKind::motor) return row.body < state.sizes.joints && row.linear[1] >= 0;
   if (row.kind == InputKind::rest) return row.body < state.sizes.joints && has_spring(state.buffers.joints[row.body]);
@@ -170,7 +170,7 @@ void RecordingReader::read_inputs() {
     superseded = superseded && inputs_[i + 1].row == row.row;
     const auto is_bad = [](double x) { return !std::isfinite(x); };
     if ((i > 0 && row.row < inputs_[i - 1].row) || (!superseded && row.step != rows_[row.row].step) ||
-        row.kind > InputKind::rest || std::any_of(row.linear, row.linear + 3, is_bad) ||
+        row.kind > InputKind::cold_start || std::any_of(row.linear, row.linear + 3, is_bad) ||
         std::any_of(row.angular, row.angular + 3, is_bad) || (row.kind == InputKind::restore && !restores(i)))
       throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
     superseded = superseded || row.kind == InputKind::restore;

@@ -43,8 +43,7 @@ class InputReplay {
       while (end < inputs_.size() && inputs_[end].row == row && inputs_[end].kind != InputKind::restore &&
              !last_restore_.contains({row, end}))
         ++end;
-      act(std::span(inputs_).subspan(next_, end - next_), simulation_.backend(), driven_,
-          double(simulation_.params().dt));
+      act(std::span(inputs_).subspan(next_, end - next_), simulation_, driven_);
       next_ = end;
     }
   }

@@ -66,6 +66,15 @@ class EngineOf final : public Engine {
                                                      constants_.buffers.step_index.front());
     monitor_ = std::make_unique<Monitor>(verdict_bounds(scene.settings), scene.settings.dt,
                                          energy_budget(constants_.buffers, constants_.features));
+    if (!before) return;
+    changed_step_ = before->changed_step_;
+    starts_cold_ = before->starts_cold_;
+    const auto weighs_another = [&](u32 body) {
+      const u32 now = index_map.bodies[body];
+      return now != NONE &&
+             constants_.buffers.masses[now].inverse_mass != before->constants_.buffers.masses[body].inverse_mass;
+    };
+    if (std::ranges::any_of(index_map.changed_bodies, weighs_another)) note_change();
   }
 
   WorldDevice device() const override {
@@ -212,6 +221,8 @@ class EngineOf final : public Engine {
     saved->simulation = simulation_->save();
     saved->driven = driven_by_inputs(constants_.buffers);
     saved->monitor = *monitor_;
+    saved->changed_step = changed_step_;
+    saved->starts_cold = starts_cold_;
     saved->recording = recording_ ? recordings_ : 0;
     if (recording_) saved->position = recording_->position();
     return saved;
@@ -226,6 +237,8 @@ class EngineOf final : public Engine {
     constants_.buffers.joints = saved.driven.joints;
     constants_.buffers.gravities = saved.driven.gravities;
     *monitor_ = *saved.monitor;
+    changed_step_ = saved.changed_step;
+    starts_cold_ = saved.starts_cold;
     if (!is_noted) return false;
     InputRow row = {.step = steps_done() + 1, .body = saved.position.rows, .kind = InputKind::restore};
     row.linear[0] = saved.position.inputs;
@@ -253,6 +266,8 @@ class EngineOf final : public Engine {
     std::optional<Monitor> monitor;
     u32 recording = 0;  // which was under way; 0: none
     RecordingPosition position;
+    u32 changed_step = 0;
+    bool starts_cold = false;
   };
 
   const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
@@ -276,11 +291,26 @@ class EngineOf final : public Engine {
 
   void act_and_record(const std::vector<InputRow>& inputs) {
     if (inputs.empty()) return;
-    act(std::span<const InputRow>(inputs), simulation_->backend(), constants_.buffers,
-        double(simulation_->params().dt));
+    act(std::span<const InputRow>(inputs), *simulation_, constants_.buffers);
+    note_change(inputs);
     tell_monitor(inputs);
     if (!recording_) return;
     for (const InputRow& row : inputs) recording_->add(row);
+  }
+
+  // The next step starts cold where what acts has changed, and had not before the step before: what changes with each
+  // step is a scene that runs.
+  void note_change(const std::vector<InputRow>& inputs) {
+    const auto changes = [](const InputRow& row) {
+      return row.kind == InputKind::load || row.kind == InputKind::motor || row.kind == InputKind::gravity;
+    };
+    if (std::ranges::any_of(inputs, changes)) note_change();
+  }
+
+  void note_change() {
+    const u32 next = steps_done() + 1;
+    starts_cold_ = starts_cold_ || changed_step_ + 1 < next;
+    changed_step_ = next;
   }
 
   // What was done from outside is no gain of energy.
@@ -311,7 +341,9 @@ class EngineOf final : public Engine {
   std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
-  u32 recordings_ = 0;  // so far
+  u32 recordings_ = 0;        // so far
+  u32 changed_step_ = 0;      // the last one before which what acts or a mass was changed
+  bool starts_cold_ = false;  // the next step
 };
 
 template <class real>
@@ -319,6 +351,8 @@ void EngineOf<real>::step(const ItemNamer& name) {
   const auto begin = std::chrono::steady_clock::now();
   try {
     try {
+      const bool has_springs = simulation_->params().softness > 0;
+      if (std::exchange(starts_cold_, false) && !has_springs) act_and_record({input(0, InputKind::cold_start, {}, {})});
       simulation_->step();
     } catch (const ItemError& error) {
       throw error.named(name(error.item(), error.id()));
