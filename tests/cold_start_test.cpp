@@ -52,7 +52,7 @@ struct Stack {
 class ColdStart : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(, ColdStart, testing::Values("float", "double"), [](const auto& p) { return p.param; });
 
-TEST_P(ColdStart, AStackStandsWhereGravityChanges) {
+TEST_P(ColdStart, AStackIsStillWhereGravityChanges) {
   for (const int cubes : {4, 7}) {
     Stack heavier(cubes, GetParam()), lighter(cubes, GetParam());
     heavier.world.set_gravity({0, 0, -15});
@@ -62,7 +62,7 @@ TEST_P(ColdStart, AStackStandsWhereGravityChanges) {
   }
 }
 
-TEST_P(ColdStart, AStackStandsWhereItsTopGetsHeavier) {
+TEST_P(ColdStart, AStackIsStillWhereItsTopGetsHeavier) {
   Stack stack(7, GetParam());
   BodyDescription heavy = Stack::cube(3, 6.5);
   heavy.position = stack.world.pose(stack.all.back()).position;

@@ -70,9 +70,9 @@ class EngineOf final : public Engine {
     changed_step_ = before->changed_step_;
     starts_cold_ = before->starts_cold_;
     const auto weighs_another = [&](u32 body) {
-      const u32 now = index_map.bodies[body];
-      return now != NONE &&
-             constants_.buffers.masses[now].inverse_mass != before->constants_.buffers.masses[body].inverse_mass;
+      const u32 index = index_map.bodies[body];
+      return index != NONE &&
+             constants_.buffers.masses[index].inverse_mass != before->constants_.buffers.masses[body].inverse_mass;
     };
     if (std::ranges::any_of(index_map.changed_bodies, weighs_another)) note_change();
   }
