@@ -91,7 +91,8 @@ bool carries_little(const Buffers<real>& b, const StepParams<real>& params, u32 
     bound = bound + impulse * arm;
   }
   const Vec3<real> inverse = vec3(b.masses[body].inverse_inertia);
-  return real(STIFF_INERTIA_SHARE) * params.dt * bound * sum_of_sizes(inverse) < real(0.984375);
+  constexpr real one_less_rounding = real(0.984375);
+  return real(STIFF_INERTIA_SHARE) * params.dt * bound * sum_of_sizes(inverse) < one_less_rounding;
 }
 
 /// Whether it swings too fast for a sub-step: I < h^2 k / 2 about some axis.

@@ -191,32 +191,32 @@ void clear_lane(NormalCoupling<real>& couplings, u32 lane) {
     field[lane] = 0;
 }
 
-/// The normals of a pair in one solve of it, `bias` and `softness` those of their laws: what its solves before and
-/// behind friction share.
+/// The normals of a pair in one solve of it, `bias` that of their laws: what its solves before and behind friction
+/// share.
 template <class real>
 struct PairNormals {
   u32 count;
   NormalRow<real> row[MANIFOLD_POINTS];
-  PerPoint<real> bias, softness;
-  NormalMatrix<real> g;
-  std::optional<NormalFactor<real>> factor;  // of g with softness and proximity
+  PerPoint<real> bias;
+  NormalMatrix<real> g, matrix;  // and with softness and proximity
+  std::optional<NormalFactor<real>> factor;
 };
 
 /// `law(row)` is what each point asks for.
 template <class real, class Law>
 PairNormals<real> pair_normals(const NormalCoupling<real>& couplings, const std::vector<ContactBlock<real>>& rows,
                                u32 first, u32 count, u32 lane, Law&& law) {
-  PairNormals<real> normals = {count, {}, {0, 0, 0, 0}, {0, 0, 0, 0}, {}, {}};
+  const NormalMatrix<real> g = {{0, 0, 0, 0},         couplings.w_01[lane], couplings.w_02[lane], couplings.w_03[lane],
+                                couplings.w_12[lane], couplings.w_13[lane], couplings.w_23[lane]};
+  PairNormals<real> normals = {count, {}, {0, 0, 0, 0}, g, g, {}};
   for (u32 k = 0; k < count; ++k) {
     const auto contact_law = law(first + k);
     normals.row[k] = normal_row(rows[first + k], lane);
     normals.bias[k] = contact_law.bias.normal;
-    normals.softness[k] = contact_law.softness;
-    normals.g.diagonal[k] = rows[first + k].w_nn[lane];
+    const real w_nn = rows[first + k].w_nn[lane];
+    normals.g.diagonal[k] = w_nn;
+    normals.matrix.diagonal[k] = w_nn + (contact_law.softness + normal_proximity<real> * w_nn);
   }
-  for (u32 k = count; k < MANIFOLD_POINTS; ++k) normals.g.diagonal[k] = 0;
-  normals.g.w_01 = couplings.w_01[lane], normals.g.w_02 = couplings.w_02[lane], normals.g.w_03 = couplings.w_03[lane];
-  normals.g.w_12 = couplings.w_12[lane], normals.g.w_13 = couplings.w_13[lane], normals.g.w_23 = couplings.w_23[lane];
   return normals;
 }
 
@@ -238,16 +238,14 @@ void solve_normals(PairNormals<real>& normals, std::vector<ImpulseBlock<real>>& 
     old[k] = impulses[first + k].normal[lane];
     u[k] = normal_velocity(normals.row[k], a, b) + normals.bias[k];
   }
-  NormalMatrix<real> matrix = g;
   const PerPoint<real> without = times(g, old);
   Pressing presses;
   for (u32 k = 0; k < MANIFOLD_POINTS; ++k) {
     const real proximity = normal_proximity<real> * g.diagonal[k];
-    matrix.diagonal[k] = g.diagonal[k] + (normals.softness[k] + proximity);
     q[k] = u[k] - without[k] - proximity * old[k];
     presses[k] = g.diagonal[k] * old[k] > u[k];
   }
-  const PerPoint<real> r = solve_normal_problem(matrix, q, presses, normals.factor);
+  const PerPoint<real> r = solve_normal_problem(normals.matrix, q, presses, normals.factor);
 
   Vec3<real> impulse = {0, 0, 0}, moment_a = {0, 0, 0}, moment_b = {0, 0, 0};
   for (u32 k = 0; k < count; ++k) {

@@ -146,6 +146,7 @@ static inline void couple_normals(u32 first, u32 row_count, lane_u32 count, lane
   lane_store_where(four, w[5], couplings->w_23 + first);
 }
 
+// How large the load of a pair is, and from which speed on a closing point hits it (cpu_reference/solve_normals.hpp).
 static inline lane lane_pair_load(u32 first, u32 row_count, global const ContactBlock* rows,
                                   global const ImpulseBlock* impulses) {
   lane load = (lane)0;

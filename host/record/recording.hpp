@@ -10,9 +10,9 @@
 
 namespace lockstep {
 
-// Formats up to 5 know no gravity that changes, 3 and 4 no restores, and format 3 no oracles; all are read all the
-// same.
-inline constexpr u32 recording_format = 7, oldest_recording_format = 3, restores_format = 5;
+// Formats up to 7 know no cold starts but the first, those up to 5 no gravity that changes, 3 and 4 no restores, and
+// format 3 no oracles; all are read all the same.
+inline constexpr u32 recording_format = 8, oldest_recording_format = 3, restores_format = 5;
 
 /// What a recording says of itself.
 struct RecordingLabel {
