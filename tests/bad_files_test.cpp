@@ -139,7 +139,8 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
   const std::vector<Change> changes = {
       {"nothing", [](hid_t) {}, "accepted"},
       {"no format", [](hid_t f) { remove_attribute(f, "format"); }, "has no attribute format"},
-      {"a later format", [](hid_t f) { replace_attribute(f, "format", u32{9}); }, "it has format 9, wanted is 7"},
+      {"a later format", [](hid_t f) { replace_attribute(f, "format", recording_format + 1); },
+       "it has format " + std::to_string(recording_format + 1) + ", wanted is " + std::to_string(recording_format)},
       {"a format of another type", [](hid_t f) { replace_attribute(f, "format", 1.0); }, "format is of another type"},
       {"a format in words", [](hid_t f) { replace_attribute(f, "format", std::string("one")); },
        "format is of another type"},
