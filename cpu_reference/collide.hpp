@@ -86,8 +86,9 @@ Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 HullTables<real> collide_tables(const Buffers<real>& b) {
-  return {b.hulls.data(),        b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(), b.hull_edges.data(),
-          b.hull_corners.data(), b.facets.data(),        b.facet_edges.data(), b.seams.data()};
+  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
+          b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data(),
+          b.facets.data(),     b.facet_edges.data(),   (b.current_seams.empty() ? b.seams : b.current_seams).data()};
 }
 
 /// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.

@@ -24,6 +24,7 @@
 #include "cpu_reference/mark_touching.hpp"
 #include "cpu_reference/match_contacts.hpp"
 #include "cpu_reference/match_springs.hpp"
+#include "cpu_reference/move_seams.hpp"
 #include "cpu_reference/pack_contacts.hpp"
 #include "cpu_reference/pack_points.hpp"
 #include "cpu_reference/partition_contacts.hpp"

@@ -62,6 +62,7 @@ enum class Feature : std::uint64_t {
   couplings = 1ull << 51,           // free coordinates of some are tied to each other
   geometric_stiffness = 1ull << 52,  // light bodies between loaded joints get the inertia with which a step is stable
   planar_joints = 1ull << 53,        // planar joints tie some bodies to what cannot move
+  moving_seams = 1ull << 54,         // some seams are those of kinematic bodies with other bodies
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -14,6 +14,7 @@ void step(Backend& backend, StepParams<real> p) {
 
   // which shapes touch, and what the last step knew about it: pairs come from a grid, a tree of boxes, or all of few
   backend.run(Stage::update_bounds, p);
+  backend.run(Stage::move_seams, p);
   backend.run(Stage::sort_cells, p);
   backend.run(Stage::find_pairs, p);
   backend.run(Stage::compare_shapes, p);

@@ -225,9 +225,10 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
                           global const Vec4* hull_planes, global const HullFace* hull_faces,
                           global const HullEdge* hull_edges, global const u32* hull_corners, global const Facet* facets,
                           global const FacetEdge* facet_edges, global const u32* seam_starts, global const Seam* seams,
-                          global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
-                          global const Pair* pairs, global u32* contact_starts, global FoundContacts* found_contacts,
-                          global const u32* counters, const u32 tile_pairs, const StepParams params) {
+                          global const Seam* current_seams, global const Vec4* positions,
+                          global const Vec4* orientations, global const Motion* motions, global const Pair* pairs,
+                          global u32* contact_starts, global FoundContacts* found_contacts, global const u32* counters,
+                          const u32 tile_pairs, const StepParams params) {
   const HullTables tables = {
     hulls,
     hull_vertices,
@@ -237,7 +238,9 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
     hull_corners,
     facets,
     facet_edges,
-#if FEATURE_SEAMS
+#if FEATURE_MOVING_SEAMS
+    current_seams,
+#elif FEATURE_SEAMS
     seams,
 #endif
   };

@@ -271,15 +271,19 @@ INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 #define SEAM_SPAN 0.5f
 #define SEAM_DIP 0.01f
 
-// A shape that covers edges of another one and never moves against it (feature seams), in the frame of that one: a box
-// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush; `has_gap`: there is
-// a gap between them.
+// A shape that covers edges of another one while it does not move against it (feature seams), in the frame of that one:
+// a box or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush; `has_gap`:
+// there is a gap between them.
 LINE_RECORD(Seam) {
   real offset[3], tolerance;
   real rotation[4];
   real size[4];
   u32 kind, hull, has_gap, pad;
 };
+
+// Whose seam it is (feature moving_seams): of `shape`, with the shape `neighbour` of another body where one of the two
+// bodies is kinematic, else NONE.
+INDEX_RECORD(SeamSides) { u32 shape, neighbour; };
 
 RECORD(MaterialPair) { real friction, restitution; };
 

@@ -63,6 +63,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::articulations, "ARTICULATIONS"},
     {Feature::closures, "CLOSURES"},
     {Feature::seams, "SEAMS"},
+    {Feature::moving_seams, "MOVING_SEAMS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

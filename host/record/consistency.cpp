@@ -64,6 +64,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::planar_joints, Feature::joints},
     {Feature::facets, Feature::hulls},
     {Feature::seams, Feature::manifolds},
+    {Feature::moving_seams, Feature::seams},
     {Feature::shape_trees, Feature::contacts},
     {Feature::shear_springs, Feature::particles},
     {Feature::impact_laws, Feature::contacts},
@@ -247,6 +248,12 @@ void expect_seams(const Buffers<real>& b, const Sizes& sizes) {
     const Seam<real>& seam = b.seams[k];
     if (seam.kind != SHAPE_BOX && (seam.kind != SHAPE_HULL || !is_hull(seam.hull, b)))
       refuse(Buffer::seams, k, "is no box and no hull");
+  }
+  for (std::size_t k = 0; k < b.seam_sides.size(); ++k) {
+    const auto [shape, neighbour] = b.seam_sides[k];
+    if (shape >= b.shapes.size() || k < b.seam_starts[shape] || k >= b.seam_starts[shape + 1])
+      refuse(Buffer::seam_sides, k, "is a seam of another shape");
+    if (neighbour != NONE && neighbour >= b.shapes.size()) refuse(Buffer::seam_sides, k, "has no such neighbour");
   }
   for (std::size_t i = 0; i < b.shape_infos.size(); ++i)
     if ((b.shape_infos[i].flags & SHAPE_HAS_SEAMS) != 0 && b.seam_starts.empty())

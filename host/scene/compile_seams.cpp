@@ -41,6 +41,7 @@ Frame seen_from(const Frame& frame, const Frame& viewer) {
 // A box, a hull or a facet that nothing pushes, and a box around it that is wider by what may be between it and others.
 struct Block {
   u32 shape;
+  u32 mover;    // the kinematic body whose shape it is, or NONE where the others are shapes of that body, too
   u32 surface;  // blocks of one surface know each other already
   Frame frame;
   Extents box;
@@ -196,15 +197,21 @@ class SeamFinder {
 
   void store() {
     if (seams_.empty()) return;
+    bool some_move = false;
     for (const auto& [shape, neighbours] : seams_) {
       b_.seam_starts.resize(shape + 1, static_cast<u32>(b_.seams.size()));
       b_.shape_infos[shape].flags |= SHAPE_HAS_SEAMS;
-      for (const auto& [neighbour, seam] : neighbours) b_.seams.push_back(seam);
+      for (const auto& [neighbour, found] : neighbours) {
+        b_.seams.push_back(found.seam);
+        b_.seam_sides.push_back({shape, found.moves ? neighbour : NONE});
+        some_move = some_move || found.moves;
+      }
     }
     b_.seam_starts.resize(b_.shapes.size() + 1, static_cast<u32>(b_.seams.size()));
+    if (!some_move) b_.seam_sides.clear();
   }
 
-  Block block_of(u32 shape, u32 surface, const Frame& frame) const;
+  Block block_of(u32 shape, u32 mover, u32 surface, const Frame& frame) const;
 
  private:
   void add_seams(const Block& one, const Block& other);
@@ -212,13 +219,18 @@ class SeamFinder {
 
   Buffers<real>& b_;
   double span_ = 0;
-  std::map<u32, std::map<u32, Seam<real>>> seams_;  // of a shape, by neighbour
+  // of a shape, by neighbour
+  struct Found {
+    Seam<real> seam;
+    bool moves;  // its neighbour moves by itself
+  };
+  std::map<u32, std::map<u32, Found>> seams_;
 };
 
 template <class real>
-Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) const {
+Block SeamFinder<real>::block_of(u32 shape, u32 mover, u32 surface, const Frame& frame) const {
   const Shape<real>& record = b_.shapes[shape];
-  Block block = {shape, surface, frame, {frame.position, frame.position}, 1e300, 0, 0};
+  Block block = {shape, mover, surface, frame, {frame.position, frame.position}, 1e300, 0, 0};
   Vector3 half = {0, 0, 0};
   for (unsigned axis = 0; axis < 3; ++axis) {
     Vector3 side = {0, 0, 0};
@@ -263,6 +275,7 @@ void SeamFinder<real>::find(std::vector<Block> blocks) {
     for (std::size_t j = i + 1; j < blocks.size() && blocks[j].box.low[axis] <= blocks[i].box.high[axis]; ++j) {
       const Block &p = blocks[i], &q = blocks[j];
       if (!p.box.meets(q.box) || (p.surface != NONE && p.surface == q.surface)) continue;
+      if (p.mover != NONE && p.mover == q.mover) continue;  // found in the frame of the body
       const ShapeInfo &one = b_.shape_infos[p.shape], &other = b_.shape_infos[q.shape];
       if (one.category != other.category || one.mask != other.mask) continue;  // not the same bodies feel both
       add_seams(p, q);
@@ -275,11 +288,13 @@ void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
   const double tolerance = flush * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
   const double span = std::min({span_, p.width, q.width});  // nothing spans a gap of the size of the blocks
   const Solid solid_p = solid_of(b_, p.shape), solid_q = solid_of(b_, q.shape);
+  const bool moves = p.mover != q.mover;
   for (const bool swapped : {false, true}) {
     const Block &one = swapped ? q : p, &other = swapped ? p : q;
     const Frame frame = seen_from(other.frame, one.frame);
     const Solid &own = swapped ? solid_q : solid_p, &covering = swapped ? solid_p : solid_q;
     const bool touches = touches_an_edge(own, covering, frame, tolerance);
+    if (!touches && moves) continue;
     if (!touches && !(touches_an_edge(own, covering, frame, span) &&
                       continues(covering, own, seen_from(one.frame, other.frame), tolerance, span)))
       continue;
@@ -294,7 +309,7 @@ void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
     }
     seam.kind = b_.shape_infos[other.shape].kind;
     seam.hull = b_.shape_infos[other.shape].hull;
-    seams_[one.shape][other.shape] = seam;
+    seams_[one.shape][other.shape] = {seam, moves};
   }
 }
 
@@ -307,8 +322,8 @@ bool SeamFinder<real>::goes_on(u32 shape, const Solid& facet, u32 edge) const {
   for (const double share : {0.05, 0.3, 0.5, 0.7, 0.95}) {
     const Vector3 point = add(start, scale(share, subtract(end, start)));
     const bool covered = std::ranges::any_of(seams_.at(shape), [&](const auto& entry) {
-      const Seam<real>& seam = entry.second;
-      if (seam.has_gap != 0) return false;
+      const Seam<real>& seam = entry.second.seam;
+      if (seam.has_gap != 0 || entry.second.moves) return false;
       const Frame frame = {
           {double(seam.offset[0]), double(seam.offset[1]), double(seam.offset[2])},
           {double(seam.rotation[0]), double(seam.rotation[1]), double(seam.rotation[2]), double(seam.rotation[3])}};
@@ -357,7 +372,8 @@ struct Member {
   bool surface;
 };
 
-// What may lie flush with each other: static bodies, or the shapes of one body, in its frame.
+// What may lie flush with each other: static bodies and kinematic ones that move as they do, all by one velocity; or
+// the shapes of one body, in its frame.
 using Group = std::vector<Member>;
 
 // Blocks of a group: all but the facets that are in no box around another surface or block. `block_of` makes one of a
@@ -396,7 +412,7 @@ Frame frame_in_body(const Buffers<real>& b, u32 i) {
 template <class real>
 void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinder<real>& finder) {
   const std::set<u32> filtered = filtered_bodies(scene);
-  Group fixed;
+  std::map<Vector3, Group> of_velocity;
   std::map<u32, Group> of_body;
   double largest = 0;  // of those that come
   for (u32 index = 0; index < scene.bodies.size(); ++index) {
@@ -409,20 +425,24 @@ void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinde
       const ShapeInfo& info = b.shape_infos[member.first];
       const bool hull = is_facet(info) || (info.kind == SHAPE_HULL && b.hulls[info.hull].edge_count > 0);
       if (body.kind == BODY_DYNAMIC || shape.trigger || (info.kind != SHAPE_BOX && !hull)) continue;
-      const bool moves = body.kind != BODY_STATIC || filtered.contains(index);
-      (moves ? of_body[index] : fixed).push_back(member);
+      const bool alone = filtered.contains(index), rotates = body.angular_velocity != Vector3{0, 0, 0};
+      if (alone || body.kind == BODY_KINEMATIC) of_body[index].push_back(member);
+      if (alone || (body.kind == BODY_KINEMATIC && rotates)) continue;
+      of_velocity[body.kind == BODY_KINEMATIC ? body.velocity : Vector3{0, 0, 0}].push_back(member);
     }
   }
   finder.set_span(SEAM_SPAN * largest);
-  finder.find(near_others(fixed, [&](u32 i, u32 surface) {
-    const u32 index = b.shape_infos[i].body;
-    const Vec4<real>& q = b.orientations[index];
-    const Frame body = {vector(b.positions[index]), {double(q.x), double(q.y), double(q.z), double(q.w)}};
-    return finder.block_of(i, surface, within(body, frame_in_body(b, i)));
-  }));
+  for (const auto& [velocity, group] : of_velocity)
+    finder.find(near_others(group, [&](u32 i, u32 surface) {
+      const u32 index = b.shape_infos[i].body;
+      const Vec4<real>& q = b.orientations[index];
+      const Frame body = {vector(b.positions[index]), {double(q.x), double(q.y), double(q.z), double(q.w)}};
+      const u32 mover = b.body_infos[index].kind == BODY_KINEMATIC ? index : NONE;
+      return finder.block_of(i, mover, surface, within(body, frame_in_body(b, i)));
+    }));
   for (const auto& [body, group] : of_body)
     finder.find(
-        near_others(group, [&](u32 i, u32 surface) { return finder.block_of(i, surface, frame_in_body(b, i)); }));
+        near_others(group, [&](u32 i, u32 surface) { return finder.block_of(i, NONE, surface, frame_in_body(b, i)); }));
 }
 
 }  // namespace
@@ -437,6 +457,7 @@ void compile_seams(std::span<const Scene> worlds, InitialState<real>& state) {
   finder.store();
   if (b.seams.empty()) return;
   state.features = with(state.features, Feature::seams);
+  if (!b.seam_sides.empty()) state.features = with(state.features, Feature::moving_seams);
   state.sizes.seams = static_cast<u32>(b.seams.size());
 }
 

@@ -37,6 +37,11 @@ void launch_update_bounds(Launcher& launcher) {
   launcher.run("update_bounds", (launcher.plan().sizes.top_level() + per_item - 1) / per_item);
 }
 
+void launch_move_seams(Launcher& launcher) {
+  const u32 seams = launcher.plan().sizes.seams;
+  launcher.run("move_seams", seams, {{"seam_count", seams}});
+}
+
 void launch_sort_cells(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
   launcher.scratch("cell_arrivals", sizes.top_level());
