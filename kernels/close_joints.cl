@@ -105,13 +105,13 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
   do {
     const u32 phase = first_phase + run % count;
     const u32 begin = joint_phases[phase], end = run < runs ? joint_phases[phase + 1u] : begin;
-    for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
+    FOR_EACH_OF_TEAM(slot, 0u, (end - begin) * PACK) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
       close_joint(&params, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                   joint_angles, index, to);
     }
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++run < runs);
 }
 

@@ -2,6 +2,7 @@
 #ifndef LOCKSTEP_COMMON_H
 #define LOCKSTEP_COMMON_H
 
+#include "team.h"
 #include "types.h"
 
 // Loops over `count` items with any number of work-items: the launch plan can size the grid as it likes. Where lanes

@@ -142,9 +142,9 @@ kernel void separate_tail(const StepParams params, const u32 first_phase, const 
       const bool is_there = phase < phases;
       const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
       const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
-      for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+      FOR_EACH_OF_TEAM(item, 0u, items)
         separate_pairs(&params, begin + item / ITEMS_PER_BLOCK, item % ITEMS_PER_BLOCK * LANES, &stream);
-      barrier(CLK_GLOBAL_MEM_FENCE);
+      TEAM_BARRIER(counters);
     } while (++phase < phases);
   } while (++sweep < sweeps);
 }

@@ -122,6 +122,9 @@ kernel void solve_tail(
   do {
 #if FEATURE_ARTICULATIONS
     solve_articulation_groups(articulation_count, &all);
+#if TEAM_IS_GRID
+    TEAM_BARRIER(counters);
+#endif
 #endif
 #if FEATURE_JOINTS
     sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
@@ -216,12 +219,12 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
 #if FEATURE_COUPLINGS
     sweep_couplings(PURPOSE_SOLVE, coupling_phases_here, &couplings);
 #endif
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+    FOR_EACH_OF_TEAM(item, 0u, items)
       solve_item(item, &stream, body_copy_blocks, body_copies);
-    barrier(CLK_GLOBAL_MEM_FENCE);
-    for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
+    TEAM_BARRIER(counters);
+    FOR_EACH_OF_TEAM(i, 0u, whole)
       body_copy_mean(i, body_copy_starts, body_copies, motions);
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, sweep + 1u >= sweeps, counters)) break;
 #endif

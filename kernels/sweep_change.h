@@ -29,15 +29,15 @@ static inline bool sweep_has_settled(real tolerance, global const u32* counters)
 // One work-group, behind a whole sweep: counts it; true where it was the last. `is_last`: there are no more, and where
 // it did not settle either, the sub-step is left unsolved.
 static inline bool group_has_settled(const real tolerance, const bool is_last, global u32* counters) {
-  barrier(CLK_GLOBAL_MEM_FENCE);
+  TEAM_BARRIER(counters);
   const bool settled = sweep_has_settled(tolerance, counters);
-  barrier(CLK_GLOBAL_MEM_FENCE);
-  if (get_local_id(0) == 0 && !STEP_ABORTED(counters)) {
+  TEAM_BARRIER(counters);
+  if (TEAM_ITEM == 0u && !STEP_ABORTED(counters)) {
     counters[COUNTER_SWEEPS] += 1u;
     counters[COUNTER_SWEEP_CHANGE] = 0u;
     if (is_last && !settled) counters[COUNTER_UNSOLVED] += 1u;
   }
-  barrier(CLK_GLOBAL_MEM_FENCE);
+  TEAM_BARRIER(counters);
   return settled;
 }
 

@@ -174,9 +174,9 @@ static inline void sweep_tail(const u32 purpose, u32 first_phase, global const u
     const bool is_there = phase < phases;
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+    FOR_EACH_OF_TEAM(item, 0u, items)
       solve_phase_item(purpose, begin, item, s);
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++phase < phases);
 }
 

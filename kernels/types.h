@@ -168,14 +168,15 @@ enum StatusBit {
   STATUS_ROWS_FULL = 256,
   STATUS_WOKEN = 512,  // wake_islands: what sleeps has been touched
   STATUS_COUPLED_TILES_FULL = 1024,
-  STATUS_TOO_DENSE = 2048  // couple_contacts: a world has more than DENSE_CONTACTS
+  STATUS_TOO_DENSE = 2048,  // couple_contacts: a world has more than DENSE_CONTACTS
+  STATUS_STALLED = 4096     // work-groups that wait for each other were not all there (kernels/team.h)
 };
 // Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is
 // redone with larger buffers.
 #define STATUS_FULL \
   (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL | STATUS_COUPLED_TILES_FULL)
 // And so is a step in which bodies wake, with them awake. One that is too dense ends the run.
-#define STATUS_ABORTED (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
+#define STATUS_ABORTED (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE | STATUS_STALLED)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 

@@ -27,7 +27,8 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
                             global const JointImpulseBlock* joint_impulses, global Motion* motions,
                             global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
-  start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
+  start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+                     counters);
 }
 #endif
 
@@ -39,7 +40,7 @@ kernel void warm_couplings(const u32 coupling_phase_count, global const u32* cou
                            global const JointBlock* joint_blocks, global Motion* motions, global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
   start_couplings(coupling_phase_count, coupling_phases, coupling_infos, coupled_joints, coupling_ratios,
-                  coupling_impulses, joint_blocks, motions);
+                  coupling_impulses, joint_blocks, motions, counters);
 }
 #endif
 
@@ -106,11 +107,11 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
   const StartStream stream = START_STREAM;
 #if FEATURE_JOINTS
   start_joint_phases(0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
-                     joint_impulses, motions);
+                     joint_impulses, motions, counters);
 #endif
 #if FEATURE_COUPLINGS
   start_couplings(STEP_ABORTED(counters) ? 0u : coupling_phase_count, coupling_phases, coupling_infos, coupled_joints,
-                  coupling_ratios, coupling_impulses, joint_blocks, motions);
+                  coupling_ratios, coupling_impulses, joint_blocks, motions, counters);
 #endif
 #if FEATURE_PARTITIONS
   u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);
@@ -126,9 +127,9 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
     const bool is_there = phase < phases;
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+    FOR_EACH_OF_TEAM(item, 0u, items)
       start_item(begin, item, &stream);
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++phase < phases);
 #endif
 }

@@ -23,18 +23,18 @@ void run_on_device(GoldenCase& golden, const DeviceOptions& options) {
 
 // Kernels are optimised as users have them; for other lanes that takes three times as long to build. pocl 3.1 links the
 // launch of all sub-steps only if it is optimised.
-DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<bool> fused = {}) {
+DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<SubstepPlan> substeps = {}) {
   DeviceOptions result;
   result.lanes = lanes;
   result.work_group = work_group;
   result.threads = threads;
-  result.fused = fused;
-  result.optimize = lanes == 0 || fused == true || try_all();
+  result.substeps = substeps;
+  result.optimize = lanes == 0 || (substeps && substeps != SubstepPlan::launches) || try_all();
   return result;
 }
 
 // The launch that a device chooses, and two others.
-const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, true), options(8, 5, 1, false)};
+const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, SubstepPlan::one_group), options(8, 5, 1, SubstepPlan::launches)};
 
 // Which launch, and which shard of the cases: shards run side by side.
 class Golden : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {};

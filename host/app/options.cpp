@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "host/error.hpp"
@@ -100,12 +101,15 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
                   "Compute units of a CPU device; unset, all of them, or for few bodies the thread that calls")
       ->check(positive)
       ->group(group);
-  CLI::Option* fused = command.add_flag_callback(
-      "--fused", [&device] { device.fused = true; }, "All sub-steps as one launch, whatever the scene's size");
-  CLI::Option* staged = command.add_flag_callback(
-      "--staged", [&device] { device.fused = false; }, "Launches for each stage of each sub-step");
-  fused->group(group);
-  staged->group(group)->excludes(fused);
+  const std::map<std::string, SubstepPlan> plans = {{"launches", SubstepPlan::launches},
+                                                    {"one_group", SubstepPlan::one_group},
+                                                    {"all_groups", SubstepPlan::all_groups}};
+  command
+      .add_option("--plan", device.substeps,
+                  "How sub-steps run: launches for each stage, or one launch of one work-group or of all; unset, what "
+                  "suits the scene and the device")
+      ->transform(CLI::CheckedTransformer(plans))
+      ->group(group);
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
@@ -210,8 +214,8 @@ StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle) {
   StepTarget target = lockstep::target_of(options.device, options.device_options, oracle);
   if (!options.quiet) target.options.tell_building = tell_on_terminal;
   const DeviceOptions& wanted = options.device_options;
-  if (!target.device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
-    throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",
+  if (!target.device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.substeps))
+    throw Error(Failure::input, "--lanes --work-group --threads --plan",
                 "are for OpenCL devices; this runs on the reference");
   if (target.device && target.device->type != DeviceType::cpu && wanted.threads)
     throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + target.device->name);

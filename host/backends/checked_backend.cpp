@@ -13,7 +13,7 @@ namespace {
 constexpr unsigned char device_poison = 0xa5, reference_poison = 0x5a;
 
 DeviceOptions staged(DeviceOptions options) {
-  options.fused = false;
+  options.substeps = SubstepPlan::launches;
   return options;
 }
 
@@ -62,7 +62,7 @@ template <class real>
 CheckedBackend<real>::CheckedBackend(InitialState<real> state, const DeviceInfo& device, const DeviceOptions& options,
                                      CheckOptions check)
     : device_(state, device, staged(options)),
-      fused_(check.fused && fuses_substeps(state.sizes, options)
+      fused_(check.fused && substep_plan(state.sizes, state.features, device, options) != SubstepPlan::launches
                  ? std::make_unique<DeviceBackend<real>>(state, device, options)
                  : nullptr),
       reference_(std::move(state)),

@@ -7,6 +7,7 @@
 #include "host/device/device_launcher.hpp"
 #include "host/device/fused_substeps.hpp"
 #include "host/device/program.hpp"
+#include "kernels/team.h"
 
 namespace lockstep {
 
@@ -80,11 +81,32 @@ LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
   return plan;
 }
 
-// The plan of sub-steps in one work-group: nothing is large.
+// The plan of sub-steps by one team: nothing is large.
 LaunchPlan fused_plan(LaunchPlan plan) {
-  plan.small = true;
+  plan.small = plan.one_team = true;
   plan.pairs = plan.contacts = plan.blocks = plan.colors = 0;
   return plan;
+}
+
+// Kernels whose work-groups work by themselves at their own barriers.
+bool can_meet(Features features) {
+  for (const Feature feature : {Feature::partitions, Feature::gradient, Feature::dense})
+    if (has(features, feature)) return false;
+  return true;
+}
+
+// The words of the counters, and those behind them (kernels/team.h).
+constexpr std::size_t counter_bytes = (COUNTER_COUNT + TEAM_WORDS) * sizeof(u32);
+
+// What sub-steps write of the state.
+std::vector<Buffer> state_of(const FusedSubsteps& fused, Features features) {
+  std::vector<Buffer> buffers;
+  for (const Stage stage : fused.stages)
+    for (const Buffer buffer : info(stage).writes)
+      if (info(buffer).lifetime == Lifetime::persistent && has(features, info(buffer).feature) &&
+          std::ranges::count(buffers, buffer) == 0)
+        buffers.push_back(buffer);
+  return buffers;
 }
 
 void update_plan(LaunchPlan& plan, const Counters& counters) {
@@ -138,9 +160,19 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 }  // namespace
 
-bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
-  if (!options.only.empty()) return false;
-  return options.fused.value_or(!options.profile && has_few_items(sizes));
+SubstepPlan substep_plan(const Sizes& sizes, Features features, const DeviceInfo& device,
+                         const DeviceOptions& options) {
+  if (!options.only.empty()) return SubstepPlan::launches;
+  const SubstepPlan small = has_few_items(sizes) ? SubstepPlan::one_group : SubstepPlan::launches;
+  const SubstepPlan plan = options.substeps.value_or(options.profile ? SubstepPlan::launches : small);
+  if (plan != SubstepPlan::all_groups) return plan;
+  // a GPU promises nothing of what groups see of each other
+  if (device.type != DeviceType::cpu)
+    throw Error(Failure::input, "--plan", "all_groups is for CPU devices; take launches or one_group");
+  if (!can_meet(features))
+    throw Error(Failure::input, "--plan",
+                "all_groups is not for cell_gauss_seidel, gradients and dense matrices; take launches or one_group");
+  return plan;
 }
 
 template <class real>
@@ -155,7 +187,8 @@ struct DeviceBackend<real>::Impl {
         queue(make_queue(device, wanted.profile)),
         options(wanted),
         kernels(kernels_of(features, wanted)),
-        fused(fuses_substeps(sizes, wanted)
+        substeps(substep_plan(sizes, features, info, wanted)),
+        fused(substeps != SubstepPlan::launches
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
         memory(device, queue),
@@ -166,15 +199,45 @@ struct DeviceBackend<real>::Impl {
     launcher.plan() = first_plan(state, lanes);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
-      memory.allocate(buffer, elements.size() * sizeof(elements[0]), 0);
+      memory.allocate(buffer, buffer == Buffer::counters ? counter_bytes : elements.size() * sizeof(elements[0]), 0);
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
       if (spent)
         with_buffer(buffer, spent->buffers, [](auto& of_spent) { std::decay_t<decltype(of_spent)>().swap(of_spent); });
     });
+    forget_stall();
     if (!fused) return;
     build(kernels, features, fused->files, fused->text);
     launcher.add(programs.back()->program, std::span(&fused->signature, 1));
     make_room_for_fused();
+  }
+
+  void forget_stall() {
+    queue.enqueueFillBuffer(memory.of(Buffer::counters).buffer, u32{0}, COUNTER_COUNT * sizeof(u32),
+                            TEAM_WORDS * sizeof(u32));
+  }
+
+  void keep_state(DeviceBackend& backend) {
+    if (before)
+      copy_again(static_cast<DeviceCopy&>(*before));
+    else
+      before = backend.save(state_of(*fused, features));
+  }
+
+  void copy_again(const DeviceCopy& copy) {
+    for (const auto& [buffer, first, bytes] : copy.pieces)
+      queue.enqueueCopyBuffer(memory.of(buffer).buffer, copy.all, 0, first, bytes);
+  }
+
+  // A work-group waited for others that did not come: the state is that before the sub-steps again, and from here on
+  // sub-steps are launches.
+  void leave_team(DeviceBackend& backend) {
+    backend.restore(*before);
+    forget_stall();
+    const std::vector<std::string> files = std::move(fused->files);
+    fused.reset();
+    before.reset();
+    substeps = SubstepPlan::launches;
+    build(kernels, features, files);
   }
 
   // The files whose kernels no fused one calls, those together that differ alike from scene to scene.
@@ -189,8 +252,9 @@ struct DeviceBackend<real>::Impl {
   // The named files, and what follows them, as one program.
   void build(const Kernels& all, Features compiled, std::span<const std::string> files, const std::string& more = {}) {
     builds.time([&] {
+      const bool grid = substeps == SubstepPlan::all_groups && !more.empty();
       programs.push_back(&build_program(device, all.sources.assemble(files) + more,
-                                        {compiled, sizeof(real) == 8, lanes, options.optimize}));
+                                        {compiled, sizeof(real) == 8, lanes, options.optimize, grid}));
     });
     launcher.add(programs.back()->program, all.sources.signatures(files));
   }
@@ -236,7 +300,9 @@ struct DeviceBackend<real>::Impl {
   cl::CommandQueue queue;
   DeviceOptions options;
   Kernels kernels;
+  SubstepPlan substeps;
   std::optional<FusedSubsteps> fused;
+  std::unique_ptr<SavedBuffers> before;  // the sub-steps, where work-groups wait for each other
   std::vector<BuiltProgram*> programs;
   DeviceMemory memory;
   BuildClock builds;
@@ -285,8 +351,11 @@ void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   const auto& fused = impl_->fused;
   const bool in_fused = fused && fused->replaces(stage);
   if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;
+  if (in_fused && impl_->substeps == SubstepPlan::all_groups) impl_->keep_state(*this);
   launcher.begin(in_fused ? Stage::count : stage, std::as_bytes(std::span(&params, 1)));
-  if (in_fused)
+  if (in_fused && impl_->substeps == SubstepPlan::all_groups)
+    launcher.run_groups(fused->signature.name, impl_->device.compute_units);
+  else if (in_fused)
     launcher.run_group(fused->signature.name);
   else
     launch(stage, launcher);
@@ -300,6 +369,7 @@ Counters DeviceBackend<real>::counters() {
                  impl_->read(Buffer::counters, counters.data(), sizeof(counters), true);
                  impl_->builds.reset();
                  impl_->add_spans();
+                 if ((counters[COUNTER_STATUS] & STATUS_STALLED) != 0) impl_->leave_team(*this);
                });
   update_plan(impl_->launcher.plan(), counters);
   return counters;
@@ -318,6 +388,7 @@ void DeviceBackend<real>::grow(const Sizes& sizes) {
                    impl_->memory.allocate(buffer, wanted * element, kept ? had * element : 0);
                  });
                  impl_->queue.finish();
+                 impl_->before.reset();
                  impl_->sizes = impl_->launcher.plan().sizes = sizes;
                  impl_->fuse_again();
                });
@@ -387,8 +458,7 @@ std::unique_ptr<SavedBuffers> DeviceBackend<real>::save(std::span<const Buffer> 
   opencl_guard([&] { return impl_->where(); },
                [&] {
                  copy->all = cl::Buffer(impl_->device.context, CL_MEM_READ_WRITE, std::max(end, copy_alignment));
-                 for (const auto& [buffer, first, bytes] : copy->pieces)
-                   impl_->queue.enqueueCopyBuffer(impl_->memory.of(buffer).buffer, copy->all, 0, first, bytes);
+                 impl_->copy_again(*copy);
                });
   return copy;
 }

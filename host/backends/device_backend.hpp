@@ -13,15 +13,19 @@
 
 namespace lockstep {
 
+/// How sub-steps run: a launch for each phase of each stage; or all sub-steps as one launch, of one work-group, or of as
+/// many as the device runs at once, which meet at barriers of their own (kernels/team.h).
+enum class SubstepPlan { launches, one_group, all_groups };
+
 /// How to run; nothing here can change a bit. Zeros: chosen for the device.
 struct DeviceOptions {
   u32 lanes = 0;                   // contacts per work-item in the solve kernels: 1, 8 or 16
   u32 work_group = 0;              // work-items per work-group
   u32 threads = 0;                 // compute units of a CPU device; unset, a small scene takes the thread that calls
-  bool profile = false;            // measure stage_seconds(); sub-steps are one launch only where `fused` says so
+  bool profile = false;            // measure stage_seconds(); sub-steps are launches unless `substeps` says otherwise
   BuildClock::Tell tell_building;  // told where building kernels takes longer than `patience`; unset: nobody
   double patience = 1;             // s
-  std::optional<bool> fused;       // all sub-steps in one launch of one work-group; unset: where the scene is small
+  std::optional<SubstepPlan> substeps;  // unset: by the size of the scene and the device
 
   // for tests
   std::vector<KernelPatch> patches;  // changes to the kernels
@@ -29,8 +33,8 @@ struct DeviceOptions {
   bool optimize = true;              // false: kernels that are built sooner and run slower
 };
 
-/// Whether a backend made with these options runs all sub-steps in one launch.
-bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options);
+/// How a backend made with these options runs sub-steps.
+SubstepPlan substep_plan(const Sizes& sizes, Features features, const DeviceInfo& device, const DeviceOptions& options);
 
 template <class real>
 class DeviceBackend final : public Backend<real> {

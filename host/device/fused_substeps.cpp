@@ -73,7 +73,7 @@ void Writer::run_group(std::string_view kernel, std::initializer_list<Argument> 
   std::string list;
   for (const KernelParameter& parameter : find(kernel).parameters)
     list += (list.empty() ? "" : ", ") + argument(parameter, arguments);
-  calls_ += "    " + std::string(kernel) + "(" + list + ");\n    barrier(CLK_GLOBAL_MEM_FENCE);\n";
+  calls_ += "    " + std::string(kernel) + "(" + list + ");\n    TEAM_BARRIER(counters);\n";
 }
 
 void Writer::scratch(std::string_view name, std::size_t words) {
@@ -92,9 +92,10 @@ FusedSubsteps Writer::finish(std::vector<Stage> stages) {
   fused_.stages = std::move(stages);
   fused_.signature.name = kernel_name;
   fused_.signature.parameters.push_back({"params", "const StepParams", KernelParameter::Kind::params});
+  declare("counters", "global u32*");
   fused_.text = std::string("kernel void ") + kernel_name + "(" + declarations_ + "const StepParams params) {\n" +
                 "  StepParams current = params;\n  do {\n" + calls_ +
-                "  } while (++current.substep < params.substeps);\n}\n";
+                "  } while (++current.substep < params.substeps);\n#if TEAM_IS_GRID\n  note_stalled_team(counters);\n#endif\n}\n";
   return std::move(fused_);
 }
 

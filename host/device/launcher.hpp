@@ -40,6 +40,7 @@ struct LaunchPlan {
   u32 real_words = 1;                       // u32 words of a real: 1 in float, 2 in double
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16
   bool small = false;                       // the whole contact solve fits one work-group
+  bool one_team = false;                    // all sub-steps are one launch (kernels/team.h)
 };
 
 /// A value for a kernel parameter that is not a buffer: `{"color", 3u}`, or an alias: `{"values", "pair_starts"}` binds

@@ -107,6 +107,7 @@ std::string build_options(const DeviceInfo& device, const ProgramOptions& option
   define("REAL_IS_DOUBLE", options.double_precision ? "1" : "0");
   define("REAL", options.double_precision ? "double" : "float");
   define("LANES", std::to_string(options.lanes));
+  define("TEAM_IS_GRID", options.team_is_grid ? "1" : "0");
   define("EACH_TAKES_NEIGHBOURS", options.lanes > 1 ? "1" : "0");
   for (const FeatureName& feature : feature_names)
     define(std::string("FEATURE_") + feature.name, has(options.features, feature.feature) ? "1" : "0");

@@ -15,6 +15,7 @@ struct ProgramOptions {
   bool double_precision = false;
   u32 lanes = 1;
   bool optimize = true;
+  bool team_is_grid = false;  // kernels/team.h
 };
 
 /// The -D and -cl options of a build of `text` on this device; $LOCKSTEP_CL_OPTIONS is appended (oclgrind needs

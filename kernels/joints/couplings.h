@@ -209,8 +209,8 @@ static inline void sweep_couplings(const u32 purpose, u32 phases, const Coupling
   u32 phase = 0u;
   do {
     const u32 begin = s->phases[phase], end = phase < phases ? s->phases[phase + 1u] : begin;
-    for (u32 k = begin + (u32)get_local_id(0); k < end; k += (u32)get_local_size(0)) solve_coupling(purpose, k, s);
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    FOR_EACH_OF_TEAM(k, begin, end) solve_coupling(purpose, k, s);
+    TEAM_BARRIER(s->counters);
   } while (++phase < phases);
 }
 
@@ -218,11 +218,11 @@ static inline void sweep_couplings(const u32 purpose, u32 phases, const Coupling
 static inline void start_couplings(u32 phases, global const u32* coupling_phases,
                                    global const CouplingInfo* coupling_infos, global const CoupledJoint* coupled_joints,
                                    global const real* coupling_ratios, global const CouplingImpulse* coupling_impulses,
-                                   global const JointBlock* joint_blocks, global Motion* motions) {
+                                   global const JointBlock* joint_blocks, global Motion* motions, global const u32* counters) {
   u32 phase = 0u;
   do {
     const u32 begin = coupling_phases[phase], end = phase < phases ? coupling_phases[phase + 1u] : begin;
-    for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+    FOR_EACH_OF_TEAM(i, begin, end) {
       const real impulse = coupling_impulses[i].bound + coupling_impulses[i].spring;
       const CouplingInfo info = coupling_infos[i];
       for (u32 k = info.first; k < info.first + info.count; ++k) {
@@ -232,7 +232,7 @@ static inline void start_couplings(u32 phases, global const u32* coupling_phases
                           coupling_ratios[k] * impulse, motions + joint.body_a, motions + joint.body_b);
       }
     }
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++phase < phases);
 }
 

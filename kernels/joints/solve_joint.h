@@ -257,29 +257,30 @@ static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, 
   do {
     const u32 begin = joint_phases[phase], end = phase < phases ? joint_phases[phase + 1u] : begin;
     const u32 items = (end - begin) * ITEMS_PER_BLOCK;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
+    FOR_EACH_OF_TEAM(item, 0u, items) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
       solve_joint_lanes(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
                         joint_impulses + block, motions, counters);
     }
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++phase < phases);
 }
 
 // The same for the warm start.
 static inline void start_joint_phases(u32 first_phase, u32 phases, global const u32* joint_phases,
                                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                                      global const JointImpulseBlock* joint_impulses, global Motion* motions) {
+                                      global const JointImpulseBlock* joint_impulses, global Motion* motions,
+                                      global const u32* counters) {
   u32 phase = first_phase;
   do {
     const u32 begin = joint_phases[phase], end = phase < phases ? joint_phases[phase + 1u] : begin;
     const u32 items = (end - begin) * ITEMS_PER_BLOCK;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
+    FOR_EACH_OF_TEAM(item, 0u, items) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
       start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
                    motions);
     }
-    barrier(CLK_GLOBAL_MEM_FENCE);
+    TEAM_BARRIER(counters);
   } while (++phase < phases);
 }
 

@@ -40,7 +40,7 @@ void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view t
 }
 
 bool is_large(const LaunchPlan& plan, u32 joint_phase) {
-  return plan.joint_phases[joint_phase + 1] - plan.joint_phases[joint_phase] >= LARGE_COLOR;
+  return !plan.one_team && plan.joint_phases[joint_phase + 1] - plan.joint_phases[joint_phase] >= LARGE_COLOR;
 }
 
 // The same for phases of joints, which are known: the large ones come first.
@@ -86,8 +86,9 @@ void make_room_for_body_copies(Launcher& launcher) {
   launcher.scratch("body_copies", std::size_t{plan.sizes.contacts} * 2 * 8 * plan.real_words);
 }
 
-// Whether one work-group does all sweeps.
+// Whether one work-group does all sweeps, or a team.
 bool is_fused(const LaunchPlan& plan) {
+  if (plan.one_team) return true;
   const bool in_cells = has(plan.features, Feature::partitions);
   const bool few = in_cells ? plan.blocks < LARGE_COLOR * CELL_PHASES : plan.colors == 0;
   const auto is_large_phase = [&](u32 phase) { return is_large(plan, phase); };
