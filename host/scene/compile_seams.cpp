@@ -18,7 +18,8 @@ using exact::add, exact::cross, exact::dot, exact::length, exact::multiply, exac
     exact::subtract, exact::unit;
 
 // How far apart shapes may be that lie flush, as a share of the smallest half extent of the two.
-constexpr double flush = 1e-4;
+// Where one moves by itself rounding carries the two apart.
+constexpr double flush = 1e-4, flush_moving = 1e-3;
 // Sines: of what is one plane (cpu_reference/shapes/facet.hpp), and of a direction that leans a little over an edge.
 constexpr double level = 1e-3, lean = 5e-3;
 
@@ -250,7 +251,7 @@ Block SeamFinder<real>::block_of(u32 shape, u32 mover, u32 surface, const Frame&
     block.smallest = block.width = 0.5 * length(cross(subtract(v[1], v[0]), subtract(v[2], v[0]))) / longest;
   }
   block.rounding = 4 * double(std::numeric_limits<real>::epsilon()) * (length(frame.position) + length(half));
-  const double wider = std::max(flush * block.smallest, 0.5 * std::min(span_, block.width)) + block.rounding;
+  const double wider = std::max(flush_moving * block.smallest, 0.5 * std::min(span_, block.width)) + block.rounding;
   for (unsigned k = 0; k < 3; ++k) {
     block.box.low[k] -= half[k] + wider;
     block.box.high[k] += half[k] + wider;
@@ -285,10 +286,11 @@ void SeamFinder<real>::find(std::vector<Block> blocks) {
 
 template <class real>
 void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
-  const double tolerance = flush * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
+  const bool moves = p.mover != q.mover;
+  const double tolerance =
+      (moves ? flush_moving : flush) * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
   const double span = std::min({span_, p.width, q.width});  // nothing spans a gap of the size of the blocks
   const Solid solid_p = solid_of(b_, p.shape), solid_q = solid_of(b_, q.shape);
-  const bool moves = p.mover != q.mover;
   for (const bool swapped : {false, true}) {
     const Block &one = swapped ? q : p, &other = swapped ? p : q;
     const Frame frame = seen_from(other.frame, one.frame);
