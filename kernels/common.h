@@ -15,13 +15,13 @@ static inline u32 each_share(u32 count) {
   if (count <= size) return 1u;  // the usual case, without a division
   return count / size + (count % size != 0u ? 1u : 0u);
 }
-static inline u32 each_begin(u32 count) { return (u32)get_global_id(0) * each_share(count); }
+static inline u32 each_begin(u32 count) { return EACH_ITEM * each_share(count); }
 static inline u32 each_end(u32 count) {
-  const u32 share = each_share(count), begin = (u32)get_global_id(0) * share;
+  const u32 share = each_share(count), begin = EACH_ITEM * share;
   return begin < count && share < count - begin ? begin + share : count;
 }
 #else
-#define FOR_EACH(i, count) for (u32 i = (u32)get_global_id(0); i < (count); i += (u32)get_global_size(0))
+#define FOR_EACH(i, count) for (u32 i = EACH_ITEM; i < (count); i += (u32)get_global_size(0))
 #endif
 
 // Loops in which all items of a work-group take part together, and over what the group shares out among them; the group

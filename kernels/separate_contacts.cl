@@ -143,7 +143,7 @@ kernel void separate_tail(const StepParams params, const u32 first_phase, const 
       const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
       const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
       FOR_EACH_OF_TEAM(item, 0u, items)
-        separate_pairs(&params, begin + item / ITEMS_PER_BLOCK, item % ITEMS_PER_BLOCK * LANES, &stream);
+      separate_pairs(&params, begin + item / ITEMS_PER_BLOCK, item % ITEMS_PER_BLOCK * LANES, &stream);
       TEAM_BARRIER(counters);
     } while (++phase < phases);
   } while (++sweep < sweeps);

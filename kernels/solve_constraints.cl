@@ -220,10 +220,10 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
     sweep_couplings(PURPOSE_SOLVE, coupling_phases_here, &couplings);
 #endif
     FOR_EACH_OF_TEAM(item, 0u, items)
-      solve_item(item, &stream, body_copy_blocks, body_copies);
+    solve_item(item, &stream, body_copy_blocks, body_copies);
     TEAM_BARRIER(counters);
     FOR_EACH_OF_TEAM(i, 0u, whole)
-      body_copy_mean(i, body_copy_starts, body_copies, motions);
+    body_copy_mean(i, body_copy_starts, body_copies, motions);
     TEAM_BARRIER(counters);
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, sweep + 1u >= sweeps, counters)) break;

@@ -175,7 +175,7 @@ static inline void sweep_tail(const u32 purpose, u32 first_phase, global const u
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     FOR_EACH_OF_TEAM(item, 0u, items)
-      solve_phase_item(purpose, begin, item, s);
+    solve_phase_item(purpose, begin, item, s);
     TEAM_BARRIER(counters);
   } while (++phase < phases);
 }

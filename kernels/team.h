@@ -45,10 +45,13 @@ static inline void note_stalled_team(global u32* counters) {
     atomic_or(counters + COUNTER_STATUS, STATUS_STALLED);
 }
 
-#define TEAM_ITEM ((u32)get_global_id(0))
+// Groups take turns, so that each has its share of a few items, too.
+#define TEAM_ITEM ((u32)get_local_id(0) * (u32)get_num_groups(0) + (u32)get_group_id(0))
+#define EACH_ITEM TEAM_ITEM
 #define TEAM_SIZE ((u32)get_global_size(0))
 #define TEAM_BARRIER(counters) grid_barrier((global u32*)(counters))
 #else
+#define EACH_ITEM ((u32)get_global_id(0))
 #define TEAM_ITEM ((u32)get_local_id(0))
 #define TEAM_SIZE ((u32)get_local_size(0))
 #define TEAM_BARRIER(counters) barrier(CLK_GLOBAL_MEM_FENCE)

@@ -27,8 +27,7 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
                             global const JointImpulseBlock* joint_impulses, global Motion* motions,
                             global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
-  start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
-                     counters);
+  start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 #endif
 
@@ -128,7 +127,7 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     FOR_EACH_OF_TEAM(item, 0u, items)
-      start_item(begin, item, &stream);
+    start_item(begin, item, &stream);
     TEAM_BARRIER(counters);
   } while (++phase < phases);
 #endif

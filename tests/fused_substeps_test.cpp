@@ -125,8 +125,8 @@ TEST(FusedSubsteps, AreLaunchesAgainOnceAGroupDoesNotCome) {
   options.patches = {{"team.h", "#define TEAM_PATIENCE 0x40000000u", "#define TEAM_PATIENCE 1000u"},
                      {"team.h", "if (get_local_id(0) == 0) {", "if (get_local_id(0) == 0 && get_group_id(0) == 0) {"}};
   Simulation<float> stalls(std::make_unique<DeviceBackend<float>>(state, test_device(), options), state.params);
-  Simulation<float> launches(
-      std::make_unique<DeviceBackend<float>>(state, test_device(), by(SubstepPlan::launches)), state.params);
+  Simulation<float> launches(std::make_unique<DeviceBackend<float>>(state, test_device(), by(SubstepPlan::launches)),
+                             state.params);
   for (int i = 0; i < 20; ++i) {
     stalls.step();
     launches.step();

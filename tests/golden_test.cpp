@@ -34,7 +34,8 @@ DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<Subs
 }
 
 // The launch that a device chooses, and two others.
-const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, SubstepPlan::one_group), options(8, 5, 1, SubstepPlan::launches)};
+const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, SubstepPlan::one_group),
+                                  options(8, 5, 1, SubstepPlan::launches)};
 
 // Which launch, and which shard of the cases: shards run side by side.
 class Golden : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {};

@@ -101,9 +101,9 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
                   "Compute units of a CPU device; unset, all of them, or for few bodies the thread that calls")
       ->check(positive)
       ->group(group);
-  const std::map<std::string, SubstepPlan> plans = {{"launches", SubstepPlan::launches},
-                                                    {"one_group", SubstepPlan::one_group},
-                                                    {"all_groups", SubstepPlan::all_groups}};
+  std::map<std::string, SubstepPlan> plans;
+  for (const SubstepPlan plan : {SubstepPlan::launches, SubstepPlan::one_group, SubstepPlan::all_groups})
+    plans[std::string(substep_plan_names[static_cast<u32>(plan)])] = plan;
   command
       .add_option("--plan", device.substeps,
                   "How sub-steps run: launches for each stage, or one launch of one work-group or of all; unset, what "

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "host/stages.hpp"
 #include "host/unsolved.hpp"
@@ -65,6 +66,9 @@ class Backend {
 
   /// Seconds spent in each stage since the start; zeros unless profiling was asked for.
   virtual StageSeconds stage_seconds() const = 0;
+
+  /// How many steps have been run by each SubstepPlan; empty where there is none.
+  virtual std::vector<u32> steps_by_plan() const { return {}; }
 
   /// What has been left unsolved so far.
   virtual Unsolved unsolved() const { return {}; }

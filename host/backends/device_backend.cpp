@@ -1,9 +1,13 @@
 #include "host/backends/device_backend.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <utility>
 
+#include "host/backends/launch_plan.hpp"
+#include "host/backends/plan_trial.hpp"
+#include "host/device/background_build.hpp"
 #include "host/device/device_launcher.hpp"
 #include "host/device/fused_substeps.hpp"
 #include "host/device/program.hpp"
@@ -24,98 +28,8 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
   return sizeof(real) == 4 && device.float_width >= 16 ? 16 : 8;
 }
 
-// Up to this many contacts, and joints, one work-group solves the whole scene: launches and colours cost more than they
-// share out.
-constexpr u32 small_contacts = 1024;
-
-// Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
-// is woken (docs/performance.md).
-constexpr u32 few_items = 512;
-
-bool has_few_items(const Sizes& sizes) {
-  return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_items;
-}
-
-// Pairs of cylinders and hulls take microseconds each: of more shapes than this they are worth a thread to wake.
-constexpr u32 few_expensive_shapes = 128;
-
-bool is_for_one_thread(const Sizes& sizes, Features features) {
-  const bool expensive = has(features, Feature::cylinders) || has(features, Feature::hulls);
-  return has_few_items(sizes) && (!expensive || sizes.shapes <= few_expensive_shapes);
-}
-
-u32 threads_for(const DeviceInfo& device, const Sizes& sizes, Features features, u32 asked) {
-  return asked == 0 && is_for_one_thread(sizes, features) && runs_in_caller(device) ? 1 : asked;
-}
-
-bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
-
-// Phases of joints that are not left to their articulations alone: the first ones.
-template <class real>
-u32 swept_joint_phases(const Buffers<real>& b) {
-  u32 phases = 0;
-  while (phases + 1 < b.joint_phases.size()) {
-    const u32 first_joint = b.joint_lanes[b.joint_phases[phases]].joint[0];
-    if (b.joint_infos[first_joint].direct != 0) break;
-    ++phases;
-  }
-  return phases;
-}
-
-template <class real>
-LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
-  const Sizes& sizes = state.sizes;
-  LaunchPlan plan;
-  plan.sizes = sizes;
-  plan.features = state.features;
-  plan.pairs = sizes.pairs;
-  plan.contacts = sizes.contacts;
-  plan.blocks = sizes.blocks;
-  plan.colors = 16;
-  plan.real_words = sizeof(real) / sizeof(u32);
-  plan.lanes = lanes;
-  plan.small = is_small(sizes, has(plan.features, Feature::contacts) ? sizes.contacts : 0);
-  plan.joint_phases = state.buffers.joint_phases;
-  plan.swept_joint_phases = swept_joint_phases(state.buffers);
-  plan.counts = counts_of(state.params);
-  return plan;
-}
-
-// The plan of sub-steps by one team: nothing is large.
-LaunchPlan fused_plan(LaunchPlan plan) {
-  plan.small = plan.one_team = true;
-  plan.pairs = plan.contacts = plan.blocks = plan.colors = 0;
-  return plan;
-}
-
-// Kernels whose work-groups work by themselves at their own barriers.
-bool can_meet(Features features) {
-  for (const Feature feature : {Feature::partitions, Feature::gradient, Feature::dense})
-    if (has(features, feature)) return false;
-  return true;
-}
-
 // The words of the counters, and those behind them (kernels/team.h).
 constexpr std::size_t counter_bytes = (COUNTER_COUNT + TEAM_WORDS) * sizeof(u32);
-
-// What sub-steps write of the state.
-std::vector<Buffer> state_of(const FusedSubsteps& fused, Features features) {
-  std::vector<Buffer> buffers;
-  for (const Stage stage : fused.stages)
-    for (const Buffer buffer : info(stage).writes)
-      if (info(buffer).lifetime == Lifetime::persistent && has(features, info(buffer).feature) &&
-          std::ranges::count(buffers, buffer) == 0)
-        buffers.push_back(buffer);
-  return buffers;
-}
-
-void update_plan(LaunchPlan& plan, const Counters& counters) {
-  plan.pairs = counters[COUNTER_PAIRS];
-  plan.contacts = counters[COUNTER_CONTACTS];
-  plan.blocks = counters[COUNTER_BLOCKS];
-  plan.colors = counters[COUNTER_LARGE_COLORS];
-  plan.small = is_small(plan.sizes, plan.contacts);
-}
 
 // The bytes of a buffer's host copy.
 template <class real, class Function>
@@ -141,6 +55,9 @@ Kernels kernels_of(Features features, const DeviceOptions& options) {
   return {std::move(sources), std::move(files), std::move(signatures)};
 }
 
+// A kernel takes seconds to be built; steps that have taken less in all are not worth it, s.
+constexpr double worth_a_build = 2;
+
 // Buffers one behind the other in one of OpenCL's.
 struct DeviceCopy final : SavedBuffers {
   struct Piece {
@@ -160,21 +77,6 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 }  // namespace
 
-SubstepPlan substep_plan(const Sizes& sizes, Features features, const DeviceInfo& device,
-                         const DeviceOptions& options) {
-  if (!options.only.empty()) return SubstepPlan::launches;
-  const SubstepPlan small = has_few_items(sizes) ? SubstepPlan::one_group : SubstepPlan::launches;
-  const SubstepPlan plan = options.substeps.value_or(options.profile ? SubstepPlan::launches : small);
-  if (plan != SubstepPlan::all_groups) return plan;
-  // a GPU promises nothing of what groups see of each other
-  if (device.type != DeviceType::cpu)
-    throw Error(Failure::input, "--plan", "all_groups is for CPU devices; take launches or one_group");
-  if (!can_meet(features))
-    throw Error(Failure::input, "--plan",
-                "all_groups is not for cell_gauss_seidel, gradients and dense matrices; take launches or one_group");
-  return plan;
-}
-
 template <class real>
 struct DeviceBackend<real>::Impl {
   // `spent`: the state where it is to be let go of while the device takes it, or null.
@@ -188,7 +90,8 @@ struct DeviceBackend<real>::Impl {
         options(wanted),
         kernels(kernels_of(features, wanted)),
         substeps(substep_plan(sizes, features, info, wanted)),
-        fused(substeps != SubstepPlan::launches
+        tries_all_groups(may_try_all_groups(sizes, features, info, device.compute_units, wanted)),
+        fused(substeps != SubstepPlan::launches || tries_all_groups
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
         memory(device, queue),
@@ -205,10 +108,46 @@ struct DeviceBackend<real>::Impl {
         with_buffer(buffer, spent->buffers, [](auto& of_spent) { std::decay_t<decltype(of_spent)>().swap(of_spent); });
     });
     forget_stall();
-    if (!fused) return;
+    if (substeps != SubstepPlan::launches) build_fused();
+  }
+
+  void build_fused() {
     build(kernels, features, fused->files, fused->text);
     launcher.add(programs.back()->program, std::span(&fused->signature, 1));
     make_room_for_fused();
+  }
+
+  bool meets_in_grid() const { return tries_all_groups || substeps == SubstepPlan::all_groups; }
+
+  // Where launches and all groups are both allowed: the kernel of the second is built beside the steps, at once where
+  // that has been done before, and then the clock says which is the faster one.
+  void begin_step() {
+    step_began = Clock::now();
+    if (tries_all_groups && !trial) prepare_trial();
+    if (trial) substeps = trial->plan() == 0 ? SubstepPlan::launches : SubstepPlan::all_groups;
+    ++steps_by_plan[static_cast<u32>(substeps)];
+  }
+  void prepare_trial() {
+    if (!challenger) {
+      FusedBuild wanted = {device.info,
+                           threads,
+                           kernels.sources.assemble(fused->files) + fused->text,
+                           {features, sizeof(real) == 8, lanes, options.optimize, true},
+                           *fused,
+                           device.compute_units,
+                           launcher.fused_work_group()};
+      if (seconds_in_steps > worth_a_build || BackgroundBuild::was_made(wanted)) challenger.emplace(std::move(wanted));
+    } else if (challenger->is_ready()) {
+      build_fused();
+      fuse_again();
+      trial.emplace();
+    }
+  }
+  void end_step(u32 contacts) {
+    if (!step_began) return;
+    const double step_seconds = std::chrono::duration<double>(Clock::now() - *std::exchange(step_began, {})).count();
+    seconds_in_steps += step_seconds;
+    if (trial) trial->note(step_seconds, contacts);
   }
 
   void forget_stall() {
@@ -236,6 +175,8 @@ struct DeviceBackend<real>::Impl {
     const std::vector<std::string> files = std::move(fused->files);
     fused.reset();
     before.reset();
+    trial.reset();
+    tries_all_groups = false;
     substeps = SubstepPlan::launches;
     build(kernels, features, files);
   }
@@ -244,7 +185,7 @@ struct DeviceBackend<real>::Impl {
   void build_programs(const Kernels& all, Features compiled) {
     std::map<Differ, std::vector<std::string>> programs_of;
     for (const std::string& file : all.files)
-      if (!fused || std::ranges::count(fused->files, file) == 0)
+      if (substeps == SubstepPlan::launches || std::ranges::count(fused->files, file) == 0)
         programs_of[differ(all.sources.assemble(std::span(&file, 1)))].push_back(file);
     for (const auto& [by, files] : programs_of) build(all, compiled, files);
   }
@@ -252,9 +193,9 @@ struct DeviceBackend<real>::Impl {
   // The named files, and what follows them, as one program.
   void build(const Kernels& all, Features compiled, std::span<const std::string> files, const std::string& more = {}) {
     builds.time([&] {
-      const bool grid = substeps == SubstepPlan::all_groups && !more.empty();
-      programs.push_back(&build_program(device, all.sources.assemble(files) + more,
-                                        {compiled, sizeof(real) == 8, lanes, options.optimize, grid}));
+      programs.push_back(
+          &build_program(device, all.sources.assemble(files) + more,
+                         {compiled, sizeof(real) == 8, lanes, options.optimize, meets_in_grid() && !more.empty()}));
     });
     launcher.add(programs.back()->program, all.sources.signatures(files));
   }
@@ -300,7 +241,8 @@ struct DeviceBackend<real>::Impl {
   cl::CommandQueue queue;
   DeviceOptions options;
   Kernels kernels;
-  SubstepPlan substeps;
+  SubstepPlan substeps;   // of this step
+  bool tries_all_groups;  // beside launches
   std::optional<FusedSubsteps> fused;
   std::unique_ptr<SavedBuffers> before;  // the sub-steps, where work-groups wait for each other
   std::vector<BuiltProgram*> programs;
@@ -310,6 +252,12 @@ struct DeviceBackend<real>::Impl {
   Buffers<real> host;
   std::array<std::size_t, buffer_count> rows = {};  // of the device's buffers
   StageSeconds seconds = {};
+  std::array<u32, std::size(substep_plan_names)> steps_by_plan = {};
+  std::optional<BackgroundBuild> challenger;
+  std::optional<PlanTrial> trial;
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> step_began;
+  double seconds_in_steps = 0;
 };
 
 // From the start of a stage's first command to the end of its last.
@@ -348,8 +296,9 @@ void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   DeviceLauncher& launcher = impl_->launcher;
   const StepCounts counts = counts_of(params);
   if (std::exchange(launcher.plan().counts, counts) != counts) impl_->fuse_again();
+  if (stage == Stage::begin_step) impl_->begin_step();
   const auto& fused = impl_->fused;
-  const bool in_fused = fused && fused->replaces(stage);
+  const bool in_fused = impl_->substeps != SubstepPlan::launches && fused->replaces(stage);
   if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;
   if (in_fused && impl_->substeps == SubstepPlan::all_groups) impl_->keep_state(*this);
   launcher.begin(in_fused ? Stage::count : stage, std::as_bytes(std::span(&params, 1)));
@@ -369,6 +318,7 @@ Counters DeviceBackend<real>::counters() {
                  impl_->read(Buffer::counters, counters.data(), sizeof(counters), true);
                  impl_->builds.reset();
                  impl_->add_spans();
+                 impl_->end_step(counters[COUNTER_CONTACTS]);
                  if ((counters[COUNTER_STATUS] & STATUS_STALLED) != 0) impl_->leave_team(*this);
                });
   update_plan(impl_->launcher.plan(), counters);
@@ -506,6 +456,11 @@ StageSeconds DeviceBackend<real>::stage_seconds() const {
                  impl_->add_spans();
                });
   return impl_->seconds;
+}
+
+template <class real>
+std::vector<u32> DeviceBackend<real>::steps_by_plan() const {
+  return {impl_->steps_by_plan.begin(), impl_->steps_by_plan.end()};
 }
 
 template <class real>

@@ -6,16 +6,13 @@
 #include <vector>
 
 #include "host/backends/backend.hpp"
+#include "host/backends/substep_plan.hpp"
 #include "host/device/build_clock.hpp"
 #include "host/device/devices.hpp"
 #include "host/device/kernel_source.hpp"
 #include "host/scene/compile.hpp"
 
 namespace lockstep {
-
-/// How sub-steps run: a launch for each phase of each stage; or all sub-steps as one launch, of one work-group, or of as
-/// many as the device runs at once, which meet at barriers of their own (kernels/team.h).
-enum class SubstepPlan { launches, one_group, all_groups };
 
 /// How to run; nothing here can change a bit. Zeros: chosen for the device.
 struct DeviceOptions {
@@ -32,9 +29,6 @@ struct DeviceOptions {
   std::vector<Stage> only;           // build the kernels of these stages alone
   bool optimize = true;              // false: kernels that are built sooner and run slower
 };
-
-/// How a backend made with these options runs sub-steps.
-SubstepPlan substep_plan(const Sizes& sizes, Features features, const DeviceInfo& device, const DeviceOptions& options);
 
 template <class real>
 class DeviceBackend final : public Backend<real> {
@@ -60,6 +54,7 @@ class DeviceBackend final : public Backend<real> {
   Features features() const override;
   std::string name() const override;
   StageSeconds stage_seconds() const override;
+  std::vector<u32> steps_by_plan() const override;
 
   u32 lanes() const;
   u32 threads() const;  // as open_device() takes them

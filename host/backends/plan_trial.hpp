@@ -23,7 +23,7 @@ class PlanTrial {
   bool in_trial() const { return step_ < turns * steps_each; }
   void begin();
 
-  u32 best_ = 0, step_ = 0;  // of the trial, then of what follows
+  u32 best_ = 0, step_ = 0;                       // of the trial, then of what follows
   std::array<double, 2> least_ = {1e300, 1e300};  // s
   u32 contacts_ = 0;                              // at the end of the trial
   u32 slow_ = 0;                                  // steps one behind the other that took twice as long

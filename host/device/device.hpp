@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 
 #include "host/device/devices.hpp"
@@ -30,6 +31,9 @@ struct Device {
 /// thread that waits for the commands where the driver can do so: no other one has to wake for each. The same object
 /// for the same arguments, kept until the process ends.
 Device& open_device(const DeviceInfo& info, u32 threads = 0);
+
+/// The same for one thread alone, with a context of its own.
+std::unique_ptr<Device> open_device_alone(const DeviceInfo& info, u32 threads);
 
 /// What OpenCL knows a device by.
 struct DeviceHandles {

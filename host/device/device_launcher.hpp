@@ -30,6 +30,7 @@ class DeviceLauncher final : public Launcher {
 
   LaunchPlan& plan() { return plan_; }
   const LaunchPlan& plan() const override { return plan_; }
+  u32 fused_work_group() const { return static_cast<u32>(fused_work_group_); }
   void run(std::string_view kernel, u32 items, std::initializer_list<Argument> arguments = {}) override;
   void run_group(std::string_view kernel, std::initializer_list<Argument> arguments = {}) override;
   void run_groups(std::string_view kernel, u32 groups, std::initializer_list<Argument> arguments = {}) override;

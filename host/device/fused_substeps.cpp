@@ -93,9 +93,10 @@ FusedSubsteps Writer::finish(std::vector<Stage> stages) {
   fused_.signature.name = kernel_name;
   fused_.signature.parameters.push_back({"params", "const StepParams", KernelParameter::Kind::params});
   declare("counters", "global u32*");
-  fused_.text = std::string("kernel void ") + kernel_name + "(" + declarations_ + "const StepParams params) {\n" +
-                "  StepParams current = params;\n  do {\n" + calls_ +
-                "  } while (++current.substep < params.substeps);\n#if TEAM_IS_GRID\n  note_stalled_team(counters);\n#endif\n}\n";
+  fused_.text =
+      std::string("kernel void ") + kernel_name + "(" + declarations_ + "const StepParams params) {\n" +
+      "  StepParams current = params;\n  do {\n" + calls_ +
+      "  } while (++current.substep < params.substeps);\n#if TEAM_IS_GRID\n  note_stalled_team(counters);\n#endif\n}\n";
   return std::move(fused_);
 }
 

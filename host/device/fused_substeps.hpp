@@ -1,7 +1,7 @@
 // All sub-steps of a step as one launch: a kernel that calls the kernels of their stages one after another, by one team
-// (kernels/team.h) with a barrier behind each. It is written from the launches of the stages themselves, so that it holds
-// whatever they hold; kernels loop over what is there, whatever the grid, so that it cannot change a bit. For scenes so
-// small that launches cost more than work-groups share out.
+// (kernels/team.h) with a barrier behind each. It is written from the launches of the stages themselves, so that it
+// holds whatever they hold; kernels loop over what is there, whatever the grid, so that it cannot change a bit. For
+// scenes so small that launches cost more than work-groups share out.
 #pragma once
 
 #include <span>

@@ -287,8 +287,7 @@ void SeamFinder<real>::find(std::vector<Block> blocks) {
 template <class real>
 void SeamFinder<real>::add_seams(const Block& p, const Block& q) {
   const bool moves = p.mover != q.mover;
-  const double tolerance =
-      (moves ? flush_moving : flush) * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
+  const double tolerance = (moves ? flush_moving : flush) * std::min(p.smallest, q.smallest) + p.rounding + q.rounding;
   const double span = std::min({span_, p.width, q.width});  // nothing spans a gap of the size of the blocks
   const Solid solid_p = solid_of(b_, p.shape), solid_q = solid_of(b_, q.shape);
   for (const bool swapped : {false, true}) {

@@ -1,5 +1,7 @@
 #include "host/steppers/stepper.hpp"
 
+#include <algorithm>
+
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/steppers/oracles.hpp"
@@ -7,7 +9,7 @@
 namespace lockstep {
 
 StepTarget target_of(const std::string& device, const DeviceOptions& options, const OracleChoice& oracle) {
-  if (!oracle) return {select_device(device), options};
+  if (!oracle) return {select_device(device), options, device == "auto"};
   if (device != "auto" && device != "reference")
     throw Error(Failure::input, "--device",
                 oracle.name + " is an oracle, which runs on the reference only; leave --device out");
@@ -15,6 +17,18 @@ StepTarget target_of(const std::string& device, const DeviceOptions& options, co
 }
 
 namespace {
+
+// Up to this many bodies, shapes, joints and particles the reference steps about as fast as a device, and nothing is
+// built for it (docs/performance.md).
+constexpr u32 items_of_reference = 16;
+
+bool is_for_reference(const Sizes& sizes, const StepTarget& target) {
+  if (!target.device) return true;
+  const DeviceOptions& wanted = target.options;
+  const bool asks = wanted.lanes || wanted.work_group || wanted.threads || wanted.substeps || wanted.profile;
+  return target.is_auto && !asks &&
+         std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= items_of_reference;
+}
 
 // `State` is a constant state, or one that is let go of.
 template <class real, class State>
@@ -26,7 +40,7 @@ Stepper<real> stepper_of(State&& state, const StepTarget& target) {
     else
       throw Error(Failure::input, "precision", state.oracle.name + " is an oracle, which works in double only");
   }
-  if (!target.device)
+  if (is_for_reference(state.sizes, target))
     return {std::make_unique<ReferenceBackend<real>>(std::forward<State>(state), target.options.profile), nothing};
   auto backend = std::make_unique<DeviceBackend<real>>(std::forward<State>(state), *target.device, target.options);
   const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {

@@ -218,7 +218,8 @@ static inline void sweep_couplings(const u32 purpose, u32 phases, const Coupling
 static inline void start_couplings(u32 phases, global const u32* coupling_phases,
                                    global const CouplingInfo* coupling_infos, global const CoupledJoint* coupled_joints,
                                    global const real* coupling_ratios, global const CouplingImpulse* coupling_impulses,
-                                   global const JointBlock* joint_blocks, global Motion* motions, global const u32* counters) {
+                                   global const JointBlock* joint_blocks, global Motion* motions,
+                                   global const u32* counters) {
   u32 phase = 0u;
   do {
     const u32 begin = coupling_phases[phase], end = phase < phases ? coupling_phases[phase + 1u] : begin;
