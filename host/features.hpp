@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 namespace lockstep {
 
@@ -71,6 +72,52 @@ enum class Feature : std::uint64_t {
   foreseen_rims = separated_contacts | cylinders,
   summed_contacts = summed_impulses | contacts,
   summed_joints = summed_impulses | joints,
+};
+
+/// Features whose stages and buffers are nothing without those of another.
+inline constexpr std::pair<Feature, Feature> feature_needs[] = {
+    {Feature::manifolds, Feature::contacts},
+    {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},
+    {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},
+    {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},
+    {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},
+    {Feature::triggers, Feature::events},
+    {Feature::impacts, Feature::events},
+    {Feature::continuous, Feature::contacts},
+    {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},
+    {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},
+    {Feature::joint_springs, Feature::joints},
+    {Feature::closed_joints, Feature::joints},
+    {Feature::screws, Feature::joints},
+    {Feature::joint_angles, Feature::joints},
+    {Feature::joint_impedances, Feature::joints},
+    {Feature::couplings, Feature::joints},
+    {Feature::geometric_stiffness, Feature::joints},
+    {Feature::planar_joints, Feature::joints},
+    {Feature::facets, Feature::hulls},
+    {Feature::seams, Feature::manifolds},
+    {Feature::moving_seams, Feature::seams},
+    {Feature::shape_trees, Feature::contacts},
+    {Feature::shear_springs, Feature::particles},
+    {Feature::impact_laws, Feature::contacts},
+    {Feature::non_holonomic, Feature::joints},
+    {Feature::angular_friction, Feature::contacts},
+    {Feature::static_friction, Feature::contacts},
+    {Feature::elliptic_friction, Feature::angular_friction},
+    {Feature::partitions, Feature::contacts},
+    {Feature::articulations, Feature::joints},
+    {Feature::closures, Feature::articulations},
+    {Feature::separated_contacts, Feature::contacts},
+    {Feature::coupled_normals, Feature::manifolds},
+    {Feature::coupled_normals, Feature::general_contacts},
+    {Feature::dense, Feature::contacts},
+    {Feature::dense, Feature::general_contacts},
 };
 
 using Features = std::uint64_t;  // a set: bits of Feature

@@ -40,11 +40,11 @@ TYPED_TEST(MoveSeams, NeighboursAreWhereTheirBodiesAre) {
   using real = TypeParam;
   InitialState<real> state = carried_tiles<real>(6, 4);
   Buffers<real>& b = state.buffers;
-  const Quaternion turned = exact::multiply(exact::rotation({0.6, 0, 0.8}, std::sqrt(0.3), std::sqrt(0.7)), askew);
+  const Quaternion rotation = exact::multiply(exact::rotation({0.6, 0, 0.8}, std::sqrt(0.3), std::sqrt(0.7)), askew);
   for (std::size_t i = 0; i + 1 < b.positions.size(); i += 2) {
     b.positions[i].z += static_cast<real>(0.125 * static_cast<double>(i));
-    b.orientations[i] = {static_cast<real>(turned[0]), static_cast<real>(turned[1]), static_cast<real>(turned[2]),
-                         static_cast<real>(turned[3])};
+    b.orientations[i] = {static_cast<real>(rotation[0]), static_cast<real>(rotation[1]), static_cast<real>(rotation[2]),
+                         static_cast<real>(rotation[3])};
   }
   b.current_seams.resize(b.seams.size());
   reference::move_seams(b, state.params);
@@ -79,7 +79,7 @@ TYPED_TEST(MoveSeams, NeighboursAreWhereTheirBodiesAre) {
 // Static ground, and a kinematic body with no other beside it, have no such seams.
 TEST(MovingSeams, OnlyWhatIsKinematicMoves) {
   EXPECT_FALSE(has(compile<float>(scene_of(laid(tiles(), box), 0.5)).features, Feature::moving_seams));
-  const Scene alone = scene_of({compound(laid(tiles(), box), BODY_KINEMATIC)}, 0.5);
+  const Scene alone = scene_of({compound(laid(tiles(), box), BODY_KINEMATIC), solid(sphere(0.1), {0, 0, 0.1})}, 0.5);
   EXPECT_TRUE(has(compile<float>(alone).features, Feature::seams));
   EXPECT_FALSE(has(compile<float>(alone).features, Feature::moving_seams));
 }

@@ -242,6 +242,7 @@ TEST(ReportFile, HasTheDocumentedKeys) {
                           "sweeps_median",
                           "sweeps_max",
                           "stage_ms",
+                          "steps_by_plan",
                           "max_penetration_m",
                           "mean_penetration_m",
                           "residual_median",

@@ -16,7 +16,7 @@ void PlanTrial::note(double seconds, u32 contacts) {
     if (warm) least_[plan] = std::min(least_[plan], seconds);
     ++step_;
     const bool hopeless = seconds > 4 * least_[1 - plan];
-    if (hopeless) step_ = turns * steps_each;
+    if (hopeless) step_ = rounds * steps_each;
     if (in_trial()) return;
     best_ = hopeless ? 1 - plan : least_[1] < least_[0];
     contacts_ = contacts;

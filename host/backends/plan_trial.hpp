@@ -14,13 +14,13 @@ class PlanTrial {
  public:
   /// 0 or 1: how to run the next step.
   u32 plan() const { return in_trial() ? step_ / steps_each % 2 : best_; }
-  /// What the step took that was run so, s, and how many contacts it had. The first step of a trial's turn warms up.
+  /// What the step took that was run so, s, and how many contacts it had. The first step of a trial's round warms up.
   void note(double seconds, u32 contacts);
 
  private:
-  static constexpr u32 steps_each = 2, turns = 4, steps_between_trials = 100, slow_steps = 8;
+  static constexpr u32 steps_each = 2, rounds = 4, steps_between_trials = 100, slow_steps = 8;
 
-  bool in_trial() const { return step_ < turns * steps_each; }
+  bool in_trial() const { return step_ < rounds * steps_each; }
   void begin();
 
   u32 best_ = 0, step_ = 0;                       // of the trial, then of what follows

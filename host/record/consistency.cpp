@@ -36,52 +36,6 @@ void expect_oracle(const InitialState<real>& state) {
   if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
 }
 
-// Features whose stages and buffers are nothing without those of another.
-constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},
-    {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},
-    {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},
-    {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},
-    {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},
-    {Feature::triggers, Feature::events},
-    {Feature::impacts, Feature::events},
-    {Feature::continuous, Feature::contacts},
-    {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},
-    {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},
-    {Feature::joint_springs, Feature::joints},
-    {Feature::closed_joints, Feature::joints},
-    {Feature::screws, Feature::joints},
-    {Feature::joint_angles, Feature::joints},
-    {Feature::joint_impedances, Feature::joints},
-    {Feature::couplings, Feature::joints},
-    {Feature::geometric_stiffness, Feature::joints},
-    {Feature::planar_joints, Feature::joints},
-    {Feature::facets, Feature::hulls},
-    {Feature::seams, Feature::manifolds},
-    {Feature::moving_seams, Feature::seams},
-    {Feature::shape_trees, Feature::contacts},
-    {Feature::shear_springs, Feature::particles},
-    {Feature::impact_laws, Feature::contacts},
-    {Feature::non_holonomic, Feature::joints},
-    {Feature::angular_friction, Feature::contacts},
-    {Feature::static_friction, Feature::contacts},
-    {Feature::elliptic_friction, Feature::angular_friction},
-    {Feature::partitions, Feature::contacts},
-    {Feature::articulations, Feature::joints},
-    {Feature::closures, Feature::articulations},
-    {Feature::separated_contacts, Feature::contacts},
-    {Feature::coupled_normals, Feature::manifolds},
-    {Feature::coupled_normals, Feature::general_contacts},
-    {Feature::dense, Feature::contacts},
-    {Feature::dense, Feature::general_contacts},
-};
-
 // Settings that a step takes as they are; where joints are not closed by positions, it makes no sweeps over them.
 template <class real>
 void expect_step_settings(const StepParams<real>& params) {
@@ -108,7 +62,7 @@ void expect_features(const InitialState<real>& state) {
              has(features, Feature::separated_contacts) == (state.params.separation > 0) &&
              (has(features, Feature::closed_joints) || has(features, Feature::separated_contacts)) ==
                  (state.params.position_sweeps > 0);
-  for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
+  for (const auto& [feature, needed] : feature_needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
   const bool angular_friction = has(features, Feature::angular_friction), patches = has(features, Feature::patches);
   if (has(features, Feature::gradient))  // of contacts on copies of bodies, each in a cone, or of joints alone

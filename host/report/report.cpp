@@ -20,6 +20,13 @@ Json stage_times(const Report& report) {
   return json;
 }
 
+Json steps_by_plan(const Report& report) {
+  if (report.steps_by_plan.empty()) return nullptr;
+  Json json = Json::object();
+  for (const auto& [plan, steps] : report.steps_by_plan) json[plan] = steps;
+  return json;
+}
+
 Json worst_contact(const Report& report) {
   if (!report.worst) return nullptr;
   const WorstContact& at = *report.worst;
@@ -208,6 +215,7 @@ std::string to_json(const Report& report) {
                {"sweeps_median", number_or_null(report.sweeps_median)},
                {"sweeps_max", number_or_null(report.sweeps_max)},
                {"stage_ms", stage_times(report)},
+               {"steps_by_plan", steps_by_plan(report)},
                {"max_penetration_m", report.max_penetration_m},
                {"mean_penetration_m", report.mean_penetration_m},
                {"residual_median", number_or_null(report.residual_median)},

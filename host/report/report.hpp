@@ -34,6 +34,7 @@ struct Report {
   double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
   // mean of a step, in the order of the pipeline, and then what it takes besides; empty unless profiled
   std::vector<std::pair<std::string, double>> stage_ms;
+  std::vector<std::pair<std::string, u32>> steps_by_plan;  // of --plan; empty but on a device
 
   std::optional<double> sweeps_median, sweeps_max;  // of a step, in all its sub-steps; where a tolerance ends them
 

@@ -33,13 +33,13 @@ std::vector<Ground> grounds() {
   std::vector<BodyDescription> mixed = laid(tiles(), box);
   for (std::size_t i = 0; i < mixed.size(); i += 2) mixed[i].shapes[0] = hull_box({0.2, 0.2, 0.2});
   grounds.push_back({"boxes and hulls", mixed});
-  std::vector<BodyDescription> moving = laid(tiles(), box), in_turn = moving;
+  std::vector<BodyDescription> moving = laid(tiles(), box), mixed_kinds = moving;
   for (std::size_t i = 0; i < moving.size(); ++i) {
     moving[i].kind = BODY_KINEMATIC;
-    if (i % 2 == 0) in_turn[i].kind = BODY_KINEMATIC;
+    if (i % 2 == 0) mixed_kinds[i].kind = BODY_KINEMATIC;
   }
   grounds.push_back({"kinematic tiles", moving});
-  grounds.push_back({"static and kinematic tiles in turn", in_turn});
+  grounds.push_back({"static and kinematic tiles in turn", mixed_kinds});
   std::vector<BodyDescription> fields, unequal, cubes, beside = laid(tiles(0.4, 5), box);
   for (const double x : {-1.0, 1.0, 3.0})
     for (const double y : {-1.0, 1.0}) fields.push_back(surface_body(level_field(5, 0.5), {x, y, 0}));
