@@ -271,8 +271,8 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
     report.wakings = simulation.wakings();
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
-  for (const u32 made : simulation.backend().steps_by_plan())
-    report.steps_by_plan.emplace_back(substep_plan_names[report.steps_by_plan.size()], made);
+  report.steps_by_plan = simulation.backend().steps_by_plan();
+  report.device = simulation.backend().name();
   report.verdict.unsolved = simulation.unsolved();
   report.sensors = sensor_readings(worlds, simulation.backend(), simulation.params(), simulation.counters(),
                                    simulation.has_stepped());

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/stages.hpp"
@@ -67,8 +68,8 @@ class Backend {
   /// Seconds spent in each stage since the start; zeros unless profiling was asked for.
   virtual StageSeconds stage_seconds() const = 0;
 
-  /// How many steps have been run by each SubstepPlan; empty where there is none.
-  virtual std::vector<u32> steps_by_plan() const { return {}; }
+  /// How many steps have been run by each plan that there is; empty where there is but one.
+  virtual std::vector<std::pair<std::string, u32>> steps_by_plan() const { return {}; }
 
   /// What has been left unsolved so far.
   virtual Unsolved unsolved() const { return {}; }

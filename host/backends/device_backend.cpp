@@ -459,8 +459,10 @@ StageSeconds DeviceBackend<real>::stage_seconds() const {
 }
 
 template <class real>
-std::vector<u32> DeviceBackend<real>::steps_by_plan() const {
-  return {impl_->steps_by_plan.begin(), impl_->steps_by_plan.end()};
+std::vector<std::pair<std::string, u32>> DeviceBackend<real>::steps_by_plan() const {
+  std::vector<std::pair<std::string, u32>> steps;
+  for (const u32 of_plan : impl_->steps_by_plan) steps.emplace_back(substep_plan_names[steps.size()], of_plan);
+  return steps;
 }
 
 template <class real>

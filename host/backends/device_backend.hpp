@@ -54,7 +54,7 @@ class DeviceBackend final : public Backend<real> {
   Features features() const override;
   std::string name() const override;
   StageSeconds stage_seconds() const override;
-  std::vector<u32> steps_by_plan() const override;
+  std::vector<std::pair<std::string, u32>> steps_by_plan() const override;
 
   u32 lanes() const;
   u32 threads() const;  // as open_device() takes them

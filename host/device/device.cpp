@@ -36,7 +36,13 @@ std::unique_ptr<Device> open(const DeviceInfo& info, u32 threads) {
 
 }  // namespace
 
+std::recursive_mutex& device_mutex() {
+  static auto& mutex = *new std::recursive_mutex;
+  return mutex;
+}
+
 Device& open_device(const DeviceInfo& info, u32 threads) {
+  const std::lock_guard lock(device_mutex());
   // Never destroyed: drivers may be gone when destructors of static objects run.
   static auto& opened = *new std::map<std::pair<u32, u32>, std::unique_ptr<Device>>;
   std::unique_ptr<Device>& device = opened[{info.index, threads}];

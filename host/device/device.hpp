@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "host/device/devices.hpp"
@@ -26,6 +27,9 @@ struct Device {
   std::size_t max_work_group = 1;
   std::map<std::string, BuiltProgram> programs;  // by options and source
 };
+
+/// Held by whoever opens devices or builds programs: worlds of several threads share them.
+std::recursive_mutex& device_mutex();
 
 /// The device of list_devices(); `threads` limits a CPU device to that many compute units (0: all). One of them is the
 /// thread that waits for the commands where the driver can do so: no other one has to wake for each. The same object

@@ -133,6 +133,7 @@ std::string program_preamble(const ProgramOptions& options) {
 }
 
 BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options) {
+  const std::lock_guard lock(device_mutex());
   if (options.double_precision && !device.info.fp64)
     throw Error(Failure::device, device.info.name, "has no double precision, run with --precision float");
   const std::string with = build_options(device.info, options, text);
@@ -154,6 +155,7 @@ BuiltProgram& build_program(Device& device, const std::string& text, const Progr
 }
 
 void save_program(const Device& device, BuiltProgram& built) {
+  const std::lock_guard lock(device_mutex());
   const ProgramCache cache = ProgramCache::of_user();
   if (!cache.exists() || built.on_disk || built.program() == nullptr || driver_keeps_programs(device.info)) return;
   built.on_disk = true;

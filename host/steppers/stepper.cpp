@@ -5,6 +5,7 @@
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/steppers/starting_backend.hpp"
 
 namespace lockstep {
 
@@ -22,12 +23,16 @@ namespace {
 // built for it (docs/performance.md).
 constexpr u32 items_of_reference = 16;
 
-bool is_for_reference(const Sizes& sizes, const StepTarget& target) {
-  if (!target.device) return true;
+// Whether nobody asks for the device, or for how it runs.
+bool may_take_reference(const StepTarget& target) {
   const DeviceOptions& wanted = target.options;
-  const bool asks = wanted.lanes || wanted.work_group || wanted.threads || wanted.substeps || wanted.profile;
-  return target.is_auto && !asks &&
-         std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= items_of_reference;
+  return target.is_auto && !wanted.lanes && !wanted.work_group && !wanted.threads && !wanted.substeps &&
+         !wanted.profile;
+}
+
+bool is_for_reference(const Sizes& sizes, const StepTarget& target) {
+  return !target.device || (may_take_reference(target) && std::max({sizes.bodies, sizes.shapes, sizes.joints,
+                                                                    sizes.particles}) <= items_of_reference);
 }
 
 // `State` is a constant state, or one that is let go of.
@@ -42,6 +47,8 @@ Stepper<real> stepper_of(State&& state, const StepTarget& target) {
   }
   if (is_for_reference(state.sizes, target))
     return {std::make_unique<ReferenceBackend<real>>(std::forward<State>(state), target.options.profile), nothing};
+  if (may_take_reference(target) && !has_built(state, *target.device, target.options))
+    return {std::make_unique<StartingBackend<real>>(state, *target.device, target.options), nothing};
   auto backend = std::make_unique<DeviceBackend<real>>(std::forward<State>(state), *target.device, target.options);
   const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {
     return run_canary(device, sizeof(real) == sizeof(double), lanes, threads);

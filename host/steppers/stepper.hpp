@@ -16,7 +16,7 @@ namespace lockstep {
 struct StepTarget {
   std::optional<DeviceInfo> device;
   DeviceOptions options;
-  bool is_auto = false;  // the device was not asked for: the reference takes scenes that it steps sooner
+  bool is_auto = false;  // nobody asked for the device: the reference steps small scenes, and others at first
 };
 
 /// The target that `device` names, as `--device` does, for a state of this oracle: oracles run on the reference.
