@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "host/stop.hpp"
 #include "python/bindings.hpp"
 
 namespace lockstep::python {

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "host/scene/described_shapes.hpp"
-#include "host/scene/impact.hpp"
+#include "include/lockstep/readings.hpp"
 
 namespace lockstep {
 

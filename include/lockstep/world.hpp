@@ -4,6 +4,7 @@
 // goes wrong is an Error with one line that says where and what would cure it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,13 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "host/error.hpp"
-#include "host/scene/impact.hpp"
-#include "host/scene/scene.hpp"
-#include "host/scene/solid_body.hpp"
-#include "host/scene/surface.hpp"
-#include "host/unsolved.hpp"
-#include "host/verdict.hpp"
+#include "error.hpp"
+#include "readings.hpp"
+#include "scene.hpp"
+#include "settings.hpp"
+#include "types.hpp"
+#include "verdict.hpp"
 
 namespace lockstep {
 
