@@ -1,4 +1,4 @@
-// Names of what sensors measure (docs/forces.md).
+// Names of what sensors measure (docs/reference/forces.md).
 #pragma once
 
 #include <utility>

@@ -37,9 +37,10 @@ void expect_between(const std::string& file, const std::string& from, const std:
   std::ofstream(path) << all.substr(0, first) << text << all.substr(last);
 }
 
-void expect_in_manual(const std::string& table, const std::string& what, const std::string& text) {
-  expect_between("docs/scene_format.md", "<!-- written from " + table + " by the test Manual.* -->",
-                 "<!-- end of " + what + " -->", text);
+void expect_in_manual(const std::string& page, const std::string& table, const std::string& what,
+                      const std::string& text) {
+  expect_between("docs/reference/" + page, "<!-- written from " + table + " by the test Manual.* -->",
+                 "<!-- end of " + what + " -->", "\n" + text + "\n");
 }
 
 // ---- the public header of settings: the members of the tables, with what each means
@@ -102,14 +103,14 @@ TEST(Manual, ThePublicHeaderHasTheSettings) {
 }
 
 TEST(Manual, HasTheTablesOfSettingsAndSolvers) {
-  expect_in_manual("host/settings.def", "settings", settings_manual());
-  expect_in_manual("host/solvers.def", "solvers", solvers_manual());
-  expect_in_manual("host/oracles.def", "oracles", oracles_manual());
+  expect_in_manual("settings.md", "host/settings.def", "settings", settings_manual());
+  expect_in_manual("settings.md", "host/solvers.def", "solvers", solvers_manual());
+  expect_in_manual("settings.md", "host/oracles.def", "oracles", oracles_manual());
 }
 
 TEST(Manual, HasTheKindsOfShapesAndJoints) {
-  expect_in_manual("kernels/shape_kinds.def", "shapes", shapes_manual());
-  expect_in_manual("kernels/joint_kinds.def", "joints", joints_manual());
+  expect_in_manual("bodies.md", "kernels/shape_kinds.def", "shapes", shapes_manual());
+  expect_in_manual("joints.md", "kernels/joint_kinds.def", "joints", joints_manual());
 }
 
 TEST(Manual, TheSchemaHasTheSettings) {

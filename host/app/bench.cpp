@@ -264,7 +264,7 @@ void add_bench(CLI::App& program) {
   command->add_option("--out", options->out, "Folder for tables, plots and the page")->capture_default_str();
   command->add_flag("--list", options->list, "List cases and methods, run nothing");
   command->footer(
-      "Error is measured against exact answers (docs/bench.md). ms/s is what a second of simulated time costs.\n"
+      "Error is measured against exact answers (docs/lab/bench.md). ms/s is what a second of simulated time costs.\n"
       "Examples:\n  lockstep bench                         # all of it: about an hour on two cores\n"
       "  lockstep bench slide_to_roll pyramid20 --precision float");
   command->callback([options] { run(*options); });

@@ -38,7 +38,7 @@ std::string solver_descriptions() {
   text += "Of those in the global form, joints as a part of their own:\n";
   for (const oracle::MixedSolver& solver : oracle::mixed_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
-  text += fmt::format("Solvers of linear complementarity problems (docs/lcp.md):\n  auto, {}\n",
+  text += fmt::format("Solvers of linear complementarity problems (docs/theory/lcp.md):\n  auto, {}\n",
                       fmt::join(lcp_solver_names(), ", "));
   return text + "Example:\n  lockstep solve problem.hdf5 --solver admm --tolerance 1e-6";
 }

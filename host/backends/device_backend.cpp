@@ -28,7 +28,7 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 constexpr u32 small_contacts = 1024;
 
 // Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
-// is woken (docs/performance.md).
+// is woken (docs/lab/performance.md).
 constexpr u32 few_items = 512;
 
 bool has_few_items(const Sizes& sizes) {

@@ -33,8 +33,8 @@ inline JointDrive drive_of(const JointDescription& joint) {
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
 
-/// Whether what contacts and joints give is summed over the sub-steps of a step (docs/forces.md): where the setting
-/// `forces` says so, and unless it says otherwise where impacts or sensors are told.
+/// Whether what contacts and joints give is summed over the sub-steps of a step (docs/reference/forces.md): where the
+/// setting `forces` says so, and unless it says otherwise where impacts or sensors are told.
 inline bool wants_step_forces(const Scene& scene) {
   const Settings& settings = scene.settings;
   if (settings.forces != Forces::automatic) return settings.forces == Forces::step;

@@ -31,7 +31,7 @@ struct SolverInfo {
   double tolerance;          // m/s
   const char* precision;
   const char *what, *use;  // what it does, what for
-  bool is_oracle = false;  // it solves to a residual, `tolerance`, in double on the reference (docs/solvers_oracle.md)
+  bool is_oracle = false;  // it solves to a residual, `tolerance`, in double on the reference (docs/theory/oracles.md)
 };
 inline constexpr SolverInfo solver_infos[] = {
 #define SOLVER(name, substeps, iterations, tolerance, precision, what, use) \

@@ -15,7 +15,7 @@ struct Impact {
   double speed = 0;             // m/s
   Vector3 point = {0, 0, 0};    // m
   Vector3 normal = {0, 0, 0};   // from b to a, unit
-  Vector3 impulse = {0, 0, 0};  // on a, of all their points, N s: of the whole step (docs/forces.md)
+  Vector3 impulse = {0, 0, 0};  // on a, of all their points, N s: of the whole step (docs/reference/forces.md)
 };
 
 /// What a sensor reads of the last step; 0 before the first.

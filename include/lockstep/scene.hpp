@@ -1,4 +1,4 @@
-// A scene as a file describes it (docs/scene_format.md), in double and SI units; z up.
+// A scene as a file describes it (docs/reference/scene_format.md), in double and SI units; z up.
 #pragma once
 
 #include <array>
@@ -19,7 +19,8 @@ enum class ParticleModel { penalty, constraints };
 /// Where the particles of a body are: on its surface, or all through it.
 enum class Sampling { surface, solid };
 
-/// Bodies as particles (docs/particles.md). All lie within the shapes that they stand for, and touch their surfaces.
+/// Bodies as particles (docs/theory/particles.md). All lie within the shapes that they stand for, and touch their
+/// surfaces.
 struct ParticleSettings {
   double radius = 0;  // m
   ParticleModel model = ParticleModel::penalty;
@@ -176,7 +177,8 @@ struct ActuatorDescription {
 /// Of the contacts of a body or a shape, or of a joint; touch is of contacts alone.
 enum class SensorKind { force, torque, touch };
 
-/// What measures the forces of a joint, of a body's contacts, or of those of one of its shapes (docs/forces.md).
+/// What measures the forces of a joint, of a body's contacts, or of those of one of its shapes
+/// (docs/reference/forces.md).
 struct SensorDescription {
   std::string name = {};  // not empty; no two of a scene have the same
   SensorKind kind = SensorKind::force;

@@ -1,5 +1,5 @@
 // How a scene is simulated. What is left as it is here holds as in a scene file that does not set it
-// (docs/scene_format.md, "Settings").
+// (docs/reference/settings.md, "Settings").
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_
 enum class Gyroscopic { none, explicit_, implicit, midpoint };
 
 /// Friction model. `cones`: each contact point has a cone of its own, exact Coulomb friction; `patches`: the contacts
-/// of two shapes share one friction and one twist, cheaper, another model (docs/solvers.md).
+/// of two shapes share one friction and one twist, cheaper, another model (docs/theory/solvers.md).
 enum class FrictionModel { cones, patches };
 
 /// How joints that have come apart are closed, but for those of small_steps and those that are soft on purpose: by
@@ -36,11 +36,11 @@ enum class BroadPhase { automatic, grid, bvh };
 /// What events are of: pairs of shapes, of bodies, or of the triangles of surfaces.
 enum class EventPairs { shapes, bodies, triangles };
 
-/// Of which time impulses and forces are told (docs/forces.md): `automatic` is `step` in a World, with
+/// Of which time impulses and forces are told (docs/reference/forces.md): `automatic` is `step` in a World, with
 /// `impact_speed` and with sensors.
 enum class Forces { automatic, step, substep };
 
-/// How contacts and joints are solved; docs/solvers.md says which for what.
+/// How contacts and joints are solved; docs/theory/solvers.md says which for what.
 enum class Solver {
   // written from host/solvers.def and host/oracles.def by the test Manual.*
   /// `iterations` sweeps over hard contacts in each sub-step; overlap is pushed apart by a velocity that stays
@@ -51,12 +51,13 @@ enum class Solver {
   /// `iterations` sweeps over hard contacts, in each of which all pairs are solved at once, on copies of their bodies
   jacobi,
   /// `iterations` steps along the projected gradient of one convex problem of all contacts and joints; what slides
-  /// lifts by friction times its speed (docs/solvers.md). Not with `patches`
+  /// lifts by friction times its speed (docs/theory/other_solvers.md). Not with `patches`
   gradient,
   /// `gradient` with momentum
   accelerated_gradient,
   /// `iterations` sweeps over hard contacts one after another in the order of their list, by the dense Delassus matrix
-  /// (docs/solvers.md). At most 4,096 contacts a world; not with `patches`, torsional, rolling or anisotropic friction
+  /// (docs/theory/other_solvers.md). At most 4,096 contacts a world; not with `patches`, torsional, rolling or
+  /// anisotropic friction
   dense_gauss_seidel,
   /// the sweeps of `gauss_seidel` in another order: pairs are solved cell by cell of a grid, every second cell along
   /// each axis at once, as work-groups of a GPU like it; on a CPU it does not pay. Not with `sleeping`
@@ -189,11 +190,11 @@ enum class Solver {
 };
 
 /// A setting that is unset until somebody sets it: the solver brings it then
-/// (docs/scene_format.md, "Solvers").
+/// (docs/reference/settings.md, "Solvers").
 template <class T>
 using BySolver = std::optional<T>;
 
-/// When islands fall asleep (docs/sleeping.md).
+/// When islands fall asleep (docs/how_to/let_bodies_sleep.md).
 struct SleepSettings {
   // written from host/settings.def by the test Manual.*: sleeping
   /// All bodies of an island have been still for so long, s
@@ -211,31 +212,31 @@ struct Settings {
   double dt = 1.0 / 60;
   /// Time steps of a run
   u32 steps = 300;
-  /// How contacts and joints are solved (docs/scene_format.md)
+  /// How contacts and joints are solved (docs/reference/settings.md)
   Solver solver = Solver::gauss_seidel;
   /// Oracles with friction pyramids (`pyramid_lemke` and its like): how many sides these have
   u32 directions = 4;
   /// `cones`: exact Coulomb friction at each contact point; `patches`: one friction and one torsion for all contacts of
-  /// two shapes, cheaper and another model (docs/solvers.md)
+  /// two shapes, cheaper and another model (docs/how_to/choose_a_solver.md)
   FrictionModel friction_model = FrictionModel::cones;
   /// The normal impulses of all points of a pair are found together, exactly, before its friction and once more behind
   /// it; false: one point after another. With solvers by sweeps over pairs, in `small_steps` where a pair is hit, and
-  /// not with a `tolerance` (docs/solvers.md)
+  /// not with a `tolerance` (docs/theory/solvers.md)
   bool coupled_normals = true;
-  /// `cell_gauss_seidel`: edge of its cells (docs/solvers.md), m
+  /// `cell_gauss_seidel`: edge of its cells (docs/theory/other_solvers.md), m
   std::optional<double> cell_size = {};
   /// How a sweep solves joints: `sweeps`, one after another; `direct`, all those of a tree of bodies at once, exactly,
   /// with `gauss_seidel` and `cell_gauss_seidel`; `auto`, trees at once in which some body carries ten times its own
-  /// mass (docs/solvers.md)
+  /// mass (docs/theory/articulations.md)
   JointSolver joint_solver = JointSolver::automatic;
   /// Light bodies between loaded joints count with the least inertia for which a sub-step is stable, and what swings
-  /// too fast for it is damped; not with oracles (docs/step.md)
+  /// too fast for it is damped; not with oracles (docs/theory/joints.md)
   bool geometric_stiffness = true;
-  /// How positions follow velocities (docs/scene_format.md)
+  /// How positions follow velocities (docs/reference/settings.md)
   Integrator integrator = Integrator::semi_implicit_euler;
   /// Angular velocity at which the gyroscopic moment w x I w is taken: `none` (left out), `explicit` (the old one:
   /// gains energy), `implicit` (the new one: loses it), `midpoint` (their mean): a free body keeps its energy and its
-  /// angular momentum by it (docs/step.md)
+  /// angular momentum by it (docs/theory/substep.md)
   Gyroscopic gyroscopic = Gyroscopic::midpoint;
   /// Share of the penetration beyond the slop that is taken back: by moving bodies, in a sweep over the contacts; with
   /// the `stabilization` velocities, `jacobi`, `cell_gauss_seidel` and along gradients, in a sub-step by a velocity
@@ -244,7 +245,7 @@ struct Settings {
   /// How joints that came apart are closed, and contacts that overlap: `positions`, by moving the bodies after each
   /// sub-step, which leaves velocities alone; `velocities`, by the share `correction` (Baumgarte), which adds energy.
   /// `small_steps` has springs instead; `jacobi`, `cell_gauss_seidel` and solvers along a gradient take overlap back by
-  /// velocities (docs/solvers.md)
+  /// velocities (docs/theory/joints.md)
   Stabilization stabilization = Stabilization::positions;
   /// `small_steps`: of the spring that pushes overlap apart, Hz
   std::optional<double> contact_frequency = {};
@@ -265,12 +266,12 @@ struct Settings {
   /// A body that becomes faster stops the run; angular velocity times the largest extent is not limited, m/s
   double speed_limit = 1e5;
   /// The first sweep in which no relative velocity at a contact or joint changes by more is the last of its sub-step;
-  /// 0: all `iterations` are made (docs/solvers.md), m/s; unset: what the solver brings
+  /// 0: all `iterations` are made (docs/theory/solvers.md), m/s; unset: what the solver brings
   BySolver<double> tolerance = {};
   /// Sweeps of the solver in a sub-step; with a `tolerance`, at most; unset: what the solver brings
   BySolver<u32> iterations = {};
   /// `small_steps`: sweeps that take back, in each sub-step, the velocity that springs gave to close overlap and
-  /// joints; 2 keep buildings still that tremble and creep with 1 (docs/solvers.md)
+  /// joints; 2 keep buildings still that tremble and creep with 1 (docs/theory/solvers.md)
   u32 relaxations = 1;
   /// Sub-steps of a step, each `dt / substeps` long: contacts are found once a step and solved in each sub-step; unset:
   /// what the solver brings
@@ -279,21 +280,21 @@ struct Settings {
   /// (`stabilization`)
   u32 position_sweeps = 2;
   /// How candidate pairs are found: `grid`, a uniform one; `bvh`, a tree of boxes, for shapes of unequal sizes; it
-  /// changes speed, never a bit (docs/scene_format.md)
+  /// changes speed, never a bit (docs/reference/settings.md)
   BroadPhase broad_phase = BroadPhase::automatic;
-  /// Report which shapes begin and cease to touch (docs/events.md)
+  /// Report which shapes begin and cease to touch (docs/reference/events.md)
   bool events = false;
   /// Of which time contacts, joints, events and pictures tell impulses and forces: `step`, of all its sub-steps;
   /// `substep`, of the last one; `auto`: `step` in worlds of the library, with `impact_speed`, with sensors and where
-  /// pictures show forces or recordings have them, else `substep` (docs/forces.md)
+  /// pictures show forces or recordings have them, else `substep` (docs/reference/forces.md)
   Forces forces = Forces::automatic;
   /// Tell of impacts: of what comes together faster than this, with its speed and impulse. Asks for `events`
-  /// (docs/events.md), m/s
+  /// (docs/reference/events.md), m/s
   std::optional<double> impact_speed = {};
   /// What events are of: `shapes`, one for two shapes of the scene, a mesh or a height field being one; `bodies`, one
-  /// for all shapes of two bodies; `triangles`, those of surfaces by themselves (docs/events.md)
+  /// for all shapes of two bodies; `triangles`, those of surfaces by themselves (docs/reference/events.md)
   EventPairs event_pairs = EventPairs::shapes;
-  /// Islands of bodies that are all at rest sleep until they are touched (docs/sleeping.md)
+  /// Islands of bodies that are all at rest sleep until they are touched (docs/how_to/let_bodies_sleep.md)
   std::optional<SleepSettings> sleeping = {};
   /// A run is bad in which two shapes overlap by more, in parts of the inner radius of the smaller one
   double max_overlap = 0.5;
@@ -305,7 +306,7 @@ struct Settings {
   /// A run is bad in which a dynamic body is faster, m/s
   double max_speed = 1e4;
   /// A run is bad that gains more energy than motors give it, in parts of the largest kinetic energy so far; not judged
-  /// where kinematic bodies, loads or motors of unbounded force drive it (docs/error_measures.md)
+  /// where kinematic bodies, loads or motors of unbounded force drive it (docs/reference/error_measures.md)
   double max_energy_gain = 0.25;
   /// Floating-point precision of a run; unset: what the solver brings
   BySolver<std::string> precision = {};

@@ -30,7 +30,7 @@ enum ShapeKind {
   SHAPE_FACET = 7
 };
 
-/// What each leaves free, and the coordinate that limits, motors and springs act on: docs/scene_format.md.
+/// What each leaves free, and the coordinate that limits, motors and springs act on: docs/reference/scene_format.md.
 enum JointKind {
   JOINT_BALL = 0,
   JOINT_HINGE = 1,
@@ -55,7 +55,7 @@ enum EventKind {
   EVENT_KINDS = 5
 };
 
-/// What an impact obeys (docs/impacts.md).
+/// What an impact obeys (docs/theory/impacts.md).
 enum ImpactLaw {
   IMPACT_NEWTON = 0,
   IMPACT_POISSON = 1,

@@ -1,5 +1,5 @@
 // How a run came out: whether its bodies stayed apart, its joints closed and its energy where it belongs, in every
-// step, and what its solver left unsolved (docs/error_measures.md, "The verdict").
+// step, and what its solver left unsolved (docs/reference/error_measures.md, "The verdict").
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ enum class Stop {
 inline constexpr unsigned stop_count = 5;
 
 /// The sub-steps that did not end as solved, how many in each way, and which was the first and which the worst. Of
-/// oracles (docs/solvers_oracle.md), and of solvers with a tolerance that used up their sweeps; one that is to make so
+/// oracles (docs/theory/oracles.md), and of solvers with a tolerance that used up their sweeps; one that is to make so
 /// many sweeps promises nothing and leaves nothing unsolved. A step that failed counts once, as bad, whatever its
 /// sub-steps came to.
 struct Unsolved {
@@ -46,7 +46,7 @@ struct Unsolved {
 /// (stalled): a residual of 2e-09, not 1e-10".
 std::string in_words(const std::string& solver, const Unsolved& unsolved);
 
-/// What a run is judged by; docs/error_measures.md has the formulas.
+/// What a run is judged by; docs/reference/error_measures.md has the formulas.
 enum class Criterion : u32 {
   overlap,           // of two shapes over the inner radius of the smaller one
   joint_separation,  // distance of a joint's anchors over the size of the smaller body
