@@ -256,6 +256,16 @@ TEST(HouseRules, ThePageOfPythonShowsATestedExample) {
   }
 }
 
+TEST(HouseRules, TheTutorialOfASolverShowsATestedOne) {
+  const std::string page = read_file(root / "docs/tutorials/add_a_solver.md");
+  for (const char* file : {"examples/symmetric_pgs.hpp", "tests/oracle/symmetric_pgs_test.cpp"}) {
+    std::size_t shown = 0;
+    const std::string code = read_file(root / file);
+    for (const std::string& block : matches(page, "```cpp\n([^`]*)```")) shown += code.find(block) != std::string::npos;
+    EXPECT_EQ(shown, 1u) << file;
+  }
+}
+
 std::size_t code_points(const std::string& line) {
   return static_cast<std::size_t>(std::ranges::count_if(line, [](char c) { return (c & 0xc0) != 0x80; }));
 }

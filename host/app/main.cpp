@@ -49,6 +49,7 @@ int run_program(int argc, char** argv) {
   program.require_subcommand(1);
   program.set_version_flag("--version", std::string("lockstep ") + LOCKSTEP_VERSION, "Print the version and exit");
   program.footer(
+      "Settings and solvers in full: docs/reference/settings.md\n"
       "Start with:\n"
       "  lockstep scenes\n"
       "  lockstep run slide_to_roll\n"

@@ -41,6 +41,17 @@ std::string value_text(const SettingInfo& row) {
   return "[" + bounds + (bounds.empty() || unit.empty() ? "" : ", ") + unit + "]";
 }
 
+// The first clause of what a row means: the rest is on the page of settings.
+std::string help_text(const SettingInfo& row) {
+  std::string text = row.meaning;
+  const bool begins_with_name = text.starts_with('`');
+  for (const char* end : {" (docs/", "; ", ". ", ": "}) {
+    if (begins_with_name && (end[0] == ':' || row.bounds.kind == Bounds::Kind::name) && end[0] != ' ') continue;
+    text = text.substr(0, text.find(end));
+  }
+  return text;
+}
+
 // --setting-of-a-row, in the group of the row.
 CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions& options) {
   std::string name = row.name;
@@ -55,7 +66,7 @@ CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions
     return std::string();
   };
   const auto take = [&row, &options](const std::string& text) { options.settings[row.name] = text; };
-  return command.add_option_function<std::string>("--" + name, take, row.meaning)
+  return command.add_option_function<std::string>("--" + name, take, help_text(row))
       ->check(CLI::Validator(check, ""))
       ->type_name(value_text(row))
       ->group(setting_group_names[static_cast<u32>(row.group)]);
