@@ -266,6 +266,24 @@ TEST(HouseRules, TheTutorialOfASolverShowsATestedOne) {
   }
 }
 
+// What CI runs here it runs in public: each command of .ci/run is a step of the workflow.
+TEST(HouseRules, TheWorkflowRunsWhatCiRuns) {
+  const std::string workflow = read_file(root / ".github/workflows/ci.yml");
+  const std::vector<std::string> commands = matches(read_file(root / ".ci/run"), R"(\n((?:scripts|tests)/[^\n]+))");
+  EXPECT_GE(commands.size(), 4u);
+  for (const std::string& command : commands)
+    EXPECT_NE(workflow.find("- run: " + command + "\n"), std::string::npos) << command << " is not in the workflow";
+}
+
+// One version in all files that name it.
+TEST(HouseRules, FilesNameOneVersion) {
+  const std::vector<std::string> version =
+      matches(read_file(root / "CMakeLists.txt"), R"(project\(lockstep VERSION (\S+))");
+  ASSERT_EQ(version.size(), 1u);
+  EXPECT_NE(read_file(root / "CITATION.cff").find("\nversion: " + version[0] + "\n"), std::string::npos);
+  EXPECT_NE(read_file(root / "CHANGELOG.md").find("\n## " + version[0] + "\n"), std::string::npos);
+}
+
 std::size_t code_points(const std::string& line) {
   return static_cast<std::size_t>(std::ranges::count_if(line, [](char c) { return (c & 0xc0) != 0x80; }));
 }
