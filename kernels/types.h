@@ -66,8 +66,7 @@ typedef REAL real;
 
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
-// Kinds that C++ has from the headers of the library (include/lockstep/types.hpp).
-#ifndef __cplusplus
+#ifndef __cplusplus  // C++ has these from include/lockstep/types.hpp
 enum BodyKind { BODY_STATIC = 0, BODY_KINEMATIC = 1, BODY_DYNAMIC = 2 };
 enum ShapeKind {
 #define SHAPE_KIND(name, NAME, needs, may, features, meaning) SHAPE_##NAME,
