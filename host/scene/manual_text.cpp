@@ -167,7 +167,7 @@ std::string solvers_manual() {
   for (const SolverInfo& solver : solver_infos)
     if (!solver.is_oracle)
       text += entry(fmt::format("`{}` (sub-steps: {}; iterations: {}): {}. Use it for: {}", solver.name,
-                                solver.substeps, solver.iterations, in_manual(solver.what), solver.use));
+                                solver.substeps, solver.iterations, in_manual(solver.what), in_manual(solver.use)));
   return text;
 }
 
