@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "host/sensor.hpp"
 #include "host/stop.hpp"
 #include "python/bindings.hpp"
 
