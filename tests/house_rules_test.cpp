@@ -266,6 +266,20 @@ TEST(HouseRules, TheTutorialOfASolverShowsATestedOne) {
   }
 }
 
+// Kinds without a table stand twice, for kernels and for users; those of tables are compared by
+// host/scene/settings.cpp.
+TEST(HouseRules, KindsAreThoseOfTheKernels) {
+  const auto kinds = [](const char* file) {
+    std::set<std::string> all;
+    for (const std::string& kind : matches(read_file(root / file), R"(\b((?:BODY|EVENT|IMPACT)_[A-Z_]+ = \d+))"))
+      all.insert(kind);
+    return all;
+  };
+  const std::set<std::string> in_kernels = kinds("kernels/types.h");
+  EXPECT_EQ(in_kernels, kinds("include/lockstep/types.hpp"));
+  EXPECT_EQ(in_kernels.size(), 14u);
+}
+
 // What CI runs here it runs in public: each command of .ci/run is a step of the workflow.
 TEST(HouseRules, TheWorkflowRunsWhatCiRuns) {
   const std::string workflow = read_file(root / ".github/workflows/ci.yml");
