@@ -1,6 +1,6 @@
 // Frictional contact problems of others against time: every solver on every problem file of a folder, to two
-// tolerances of the residual (docs/error_measures.md) each from zero. CSV of medians over up to 21 runs, fewer of what
-// takes long; what did not get there is in it too.
+// tolerances of the residual (docs/reference/error_measures.md) each from zero. CSV of medians over up to 21 runs,
+// fewer of what takes long; what did not get there is in it too.
 //   cone_solvers_bench FOLDER [--seconds S] [--solver NAME]... [--problem SUBSTRING_OF_NAME]
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 """Steps of our scenes solved by Siconos and by Lockstep to the same tolerances, each from zero, as CSV. Installs Debian's
 python3-siconos and python3-h5py where they are missing (as root).
     bench/siconos_compare.py > bench/results/MACHINE/siconos.csv
-residual and natural_map are measured by Lockstep, of the impulses of either (docs/error_measures.md); seconds are those
+residual and natural_map are measured by Lockstep, of the impulses of either (docs/reference/error_measures.md); seconds are those
 of one solve, by each program's own clock."""
 import json
 import pathlib

@@ -1,5 +1,5 @@
-// What the state was like that a step starts from, in its counters (docs/error_measures.md): what a run is judged by,
-// taken in every step by stages that have at hand what it takes, at the start of the first sub-step.
+// What the state was like that a step starts from, in its counters (docs/reference/error_measures.md): what a run is
+// judged by, taken in every step by stages that have at hand what it takes, at the start of the first sub-step.
 //
 // Nothing depends on the order of bodies. A maximum is one of words: floats that are not negative order as their bits.
 // The energy is a sum of whole units, each body's rounded to one.

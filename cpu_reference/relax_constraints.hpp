@@ -2,7 +2,7 @@
 // apart (Catto, Solver2D, 2024: "relaxing"; Macklin et al., Small Steps in Physics Simulation, 2019, for the
 // sub-steps): `relaxations` more sweeps over the colours, in which contacts that overlap ask for no more than u_n >= 0,
 // and are hard. Contacts that are open or bounce keep their law. What one sweep leaves of those velocities is energy: a
-// building trembles by it, and what trembles walks (docs/solvers.md).
+// building trembles by it, and what trembles walks (docs/theory/solvers.md).
 #pragma once
 
 #include "cpu_reference/joints/couplings.hpp"

@@ -1,5 +1,5 @@
-// Who sleeps, and who can disturb sleepers (docs/sleeping.md). A dynamic body that sleeps keeps its pose, has no
-// velocity, and takes part in nothing until somebody who moves touches it. kernels/sleep.h is the twin.
+// Who sleeps, and who can disturb sleepers (docs/how_to/let_bodies_sleep.md). A dynamic body that sleeps keeps its
+// pose, has no velocity, and takes part in nothing until somebody who moves touches it. kernels/sleep.h is the twin.
 #pragma once
 
 #include "host/buffers.hpp"

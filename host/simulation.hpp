@@ -89,7 +89,7 @@ class Simulation {
   std::vector<WorldHash> world_hashes();
 
   /// Who began and who ceased to touch in the last step (kernels/types.h says in which order); nothing in a scene that
-  /// does not ask for events (docs/events.md).
+  /// does not ask for events (docs/reference/events.md).
   std::vector<Event> events();
   /// The same of the shapes or bodies of the scene, as its setting `event_pairs` says: the triangles of a surface are
   /// shapes to the step. Behind them come impacts, where the setting `impact_speed` asks for them.
@@ -99,7 +99,7 @@ class Simulation {
 
   /// What each ray meets first: solid shapes only, from outside. Bit for bit the same everywhere; the kernels are built
   /// at the first question. Throws Error (input) for a ray that makes no sense, and in a scene whose shapes cannot
-  /// touch: they are not kept (docs/events.md).
+  /// touch: they are not kept (docs/reference/events.md).
   std::vector<RayHit> cast_rays(std::span<const RayQuery> rays);
 
   /// Which solid shapes overlap each volume. The same applies.

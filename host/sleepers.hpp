@@ -1,4 +1,4 @@
-// What a host does to sleepers (docs/sleeping.md).
+// What a host does to sleepers (docs/how_to/let_bodies_sleep.md).
 #pragma once
 
 #include <string>

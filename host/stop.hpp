@@ -1,19 +1,11 @@
-// How a solve ended: the one list of it, for all solvers, their reports and their tables.
+// Names of the ends of a solve: the one list of them, for all solvers, their reports and their tables.
 #pragma once
 
 #include <string_view>
 
-namespace lockstep {
+#include "include/lockstep/verdict.hpp"
 
-/// In the order in which one is worse than another.
-enum class Stop {
-  solved,      // to the residual, or to the tolerance, that was asked for
-  limit,       // at its limit of iterations or of time, or too large for the method
-  stalled,     // nothing gained any more; or the method cannot act on the problem
-  infeasible,  // there is no solution: a certificate of that was found and checked
-  bad,         // not a number, or the step was aborted
-};
-inline constexpr unsigned stop_count = 5;
+namespace lockstep {
 
 constexpr std::string_view stop_name(Stop stop) {
   switch (stop) {

@@ -17,7 +17,50 @@ std::string with_unit(double value, const char* unit) {
   return fmt::format("{:.3g}{}{}", value, *unit ? " " : "", unit);
 }
 
+#define CRITERION(name, bound, unit, meaning) name,
+enum class Row : u32 {
+#include "host/verdict.def"
+  count
+};
+static_assert(static_cast<u32>(Row::count) == criterion_count);
+#define CRITERION(name, bound, unit, meaning) \
+  static_assert(static_cast<u32>(Row::name) == static_cast<u32>(Criterion::name));
+#include "host/verdict.def"
+
 }  // namespace
+
+Unsolved Unsolved::of(u32 sub_steps, u32 step, Stop stop, double residual, double tolerance) {
+  Unsolved all;
+  all.count = all.ended[static_cast<u32>(stop)] = sub_steps;
+  all.first_step = all.worst_step = step;
+  all.first_stop = all.worst_stop = stop;
+  all.worst_residual = residual;
+  all.tolerance = tolerance;
+  return all;
+}
+
+void Unsolved::add(const Unsolved& later) {
+  if (later.count == 0) return;
+  const bool is_first = count == 0, is_worse = is_first || later.is_worse_than(*this);
+  count += later.count;
+  for (u32 stop = 0; stop < stop_count; ++stop) ended[stop] += later.ended[stop];
+  if (is_first) {
+    first_step = later.first_step;
+    first_stop = later.first_stop;
+  }
+  if (!is_worse) return;
+  worst_step = later.worst_step;
+  worst_stop = later.worst_stop;
+  worst_residual = later.worst_residual;
+  tolerance = later.tolerance;
+  of_changes = later.of_changes;
+}
+
+bool Unsolved::is_worse_than(const Unsolved& other) const {
+  const bool bad = worst_stop == Stop::bad, other_bad = other.worst_stop == Stop::bad;
+  if (bad || other_bad) return bad && !other_bad;
+  return worst_residual > other.worst_residual;
+}
 
 const CriterionInfo& info(Criterion criterion) { return infos[static_cast<u32>(criterion)]; }
 

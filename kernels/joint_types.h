@@ -23,12 +23,14 @@
 // Whether nothing but the velocity along an axis of b is locked: a skate's.
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 
+#ifndef __cplusplus  // as in types.h
 enum JointKind {
 #define JOINT_KIND(name, NAME, linear, angular, free, keys, level, reduced, noun, leaves) JOINT_##NAME,
 #include "joint_kinds.def"
 #undef JOINT_KIND
   JOINT_KINDS
 };
+#endif
 
 // The coordinate of a joint that limits, a motor, a spring and friction act on.
 enum JointFree {

@@ -164,7 +164,7 @@ static inline void sweep_color(const u32 purpose, u32 color, global const u32* c
 }
 
 // One work-group: the phases from `first_phase` on. At least one round, as in all loops with a
-// barrier: what follows a barrier that may be skipped is compiled twice (docs/performance.md).
+// barrier: what follows a barrier that may be skipped is compiled twice (docs/lab/performance.md).
 static inline void sweep_tail(const u32 purpose, u32 first_phase, global const u32* color_starts,
                               const ContactStream* s, global const u32* counters) {
   const u32 phases = contact_phases(counters);

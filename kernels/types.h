@@ -6,6 +6,7 @@
 
 #ifdef __cplusplus
 #include <cstdint>
+#include <include/lockstep/types.hpp>
 #define RECORD(Name)    \
   template <class real> \
   struct Name
@@ -59,14 +60,13 @@ typedef REAL real;
 // By how much a descent lengthens its step after each that was good.
 #define DESCENT_GROWTH 1.125f
 // "No such body, contact or slot".
-#ifdef __cplusplus
-inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enumerators of this name
-#else
+#ifndef __cplusplus
 #define NONE 0xffffffffu
 #endif
 
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
+#ifndef __cplusplus  // C++ has these from include/lockstep/types.hpp
 enum BodyKind { BODY_STATIC = 0, BODY_KINEMATIC = 1, BODY_DYNAMIC = 2 };
 enum ShapeKind {
 #define SHAPE_KIND(name, NAME, needs, may, features, meaning) SHAPE_##NAME,
@@ -76,6 +76,23 @@ enum ShapeKind {
 #define SCENE_SHAPE_KIND(name, NAME, needs, may, features, meaning) SHAPE_##NAME,
 #include "shape_kinds.def"
 };
+enum EventKind {
+  EVENT_CONTACT_BEGIN = 0,
+  EVENT_CONTACT_END = 1,
+  EVENT_TRIGGER_ENTER = 2,
+  EVENT_TRIGGER_LEAVE = 3,
+  EVENT_IMPACT = 4,  // made by the host alone
+  EVENT_KINDS = 5
+};
+// What an impact obeys (cpu_reference/impact.hpp).
+enum ImpactLaw {
+  IMPACT_NEWTON = 0,
+  IMPACT_POISSON = 1,
+  IMPACT_STRONGE = 2,
+  IMPACT_CHATTERJEE_RUINA = 3,
+  IMPACT_LAWS = 4
+};
+#endif
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
   NORMAL_FIXED = 0,      // the world: two edges that cross, at a point that goes with a
@@ -94,26 +111,9 @@ enum ShapeFlag {
   SHAPE_IS_IN_TREE = 8,     // of a ShapeTree: the broad phase leaves it to the middle phase
   SHAPE_HAS_SEAMS = 16      // others that do not move against it cover edges of it
 };
-enum EventKind {
-  EVENT_CONTACT_BEGIN = 0,
-  EVENT_CONTACT_END = 1,
-  EVENT_TRIGGER_ENTER = 2,
-  EVENT_TRIGGER_LEAVE = 3,
-  EVENT_IMPACT = 4,  // made by the host alone
-  EVENT_KINDS = 5
-};
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
 // the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
 enum BlockKind { BLOCK_PADDING = 0, BLOCK_CENTRAL = 1, BLOCK_GENERAL = 2 };
-
-// What an impact obeys (cpu_reference/impact.hpp).
-enum ImpactLaw {
-  IMPACT_NEWTON = 0,
-  IMPACT_POISSON = 1,
-  IMPACT_STRONGE = 2,
-  IMPACT_CHATTERJEE_RUINA = 3,
-  IMPACT_LAWS = 4
-};
 
 // Words of the `counters` buffer, zeroed by begin_step.
 enum Counter {

@@ -81,20 +81,14 @@ std::vector<std::string> devices() {
 
 }  // namespace lockstep::python
 
-PYBIND11_MODULE(lockstep, module) {
+// The package lockstep (python/lockstep/__init__.py) has all of it, and classes say that they are its own.
+PYBIND11_MODULE(_lockstep, module) {
   using namespace lockstep::python;
   expect_known_numpy();
-  module.doc() =
-      "Rigid bodies in OpenCL and in plain C++ with the same bits.\n\n"
-      "    import lockstep\n"
-      "    world = lockstep.World.load('slide_to_roll')\n"
-      "    world.step(60)\n"
-      "    print(world.time, world.poses()[-1], world.state_hash())\n\n"
-      "SI units, z up, quaternions x y z w, the world frame unless it says otherwise. The same calls in the same "
-      "order\n"
-      "give the same bits on every device. Whatever goes wrong is a lockstep.Error; an argument of the wrong type is "
-      "a\n"
-      "TypeError. docs/python.md has more.";
+  module.doc() = "What of the package lockstep is compiled.";
+  const py::object name = module.attr("__name__");
+  module.attr("__name__") = "lockstep";
+  module.attr("__version__") = LOCKSTEP_VERSION;
   add_error(module);
   module.def("scenes", &scenes, "The built-in scenes: a dict from names to what a viewer should see.");
   module.def("settings", &settings,
@@ -109,4 +103,5 @@ PYBIND11_MODULE(lockstep, module) {
              "Names of the OpenCL devices here, by their index; without any there is 'reference'.");
   add_records(module);
   add_world(module);
+  module.attr("__name__") = name;
 }

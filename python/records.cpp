@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include "host/sensor.hpp"
+#include "host/stop.hpp"
 #include "python/bindings.hpp"
 
 namespace lockstep::python {
@@ -88,7 +90,7 @@ void add_records(py::module_& module) {
           "normal", [](const Impact& impact) { return to_array(impact.normal); }, "From b to a, shape (3,), unit.")
       .def_property_readonly(
           "impulse", [](const Impact& impact) { return to_array(impact.impulse); },
-          "On a, of all their points in the step, shape (3,), N s (docs/forces.md).");
+          "On a, of all their points in the step, shape (3,), N s (docs/reference/forces.md).");
 
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")
@@ -103,7 +105,7 @@ void add_records(py::module_& module) {
   py::class_<JointState>(
       module, "JointState",
       "How a joint stands, and what it does. Forces are the mean of the last step, 0 before the "
-      "first; with the setting `forces` 'substep' of its last sub-step (docs/forces.md); world frame.")
+      "first; with the setting `forces` 'substep' of its last sub-step (docs/reference/forces.md); world frame.")
       .def_readonly(
           "coordinate", &JointState::coordinate,
           "Angle of a hinge, planar, universal or screw joint, with its revolutions, rad; travel of a slider or "
@@ -119,7 +121,7 @@ void add_records(py::module_& module) {
       .def_readonly("separation", &JointState::separation, "How far it is open where it should not be, m.")
       .def_readonly("angle", &JointState::angle, "The same of turning, rad.");
 
-  py::class_<SensorReading>(module, "SensorReading", "What a sensor reads of the last step (docs/forces.md).")
+  py::class_<SensorReading>(module, "SensorReading", "What a sensor reads of the last step (docs/reference/forces.md).")
       .def_readonly("name", &SensorReading::name, "Of the sensor in the scene.")
       .def_property_readonly(
           "kind", [](const SensorReading& reading) { return name_of(reading.kind); }, "'force', 'torque' or 'touch'.")
@@ -135,8 +137,9 @@ void add_records(py::module_& module) {
         return fmt::format("<lockstep.SensorReading {} of {}>", name_of(reading.kind), reading.name);
       });
 
-  py::class_<StepErrors>(module, "StepErrors",
-                         "How good the last step was, measured in double and outside of it (docs/error_measures.md).")
+  py::class_<StepErrors>(
+      module, "StepErrors",
+      "How good the last step was, measured in double and outside of it (docs/reference/error_measures.md).")
       .def_readonly("kinetic", &StepErrors::kinetic, "Kinetic energy of the dynamic bodies, J.")
       .def_readonly("potential", &StepErrors::potential, "-m g . x of them, and of joints' springs, J.")
       .def_property_readonly(
@@ -198,8 +201,9 @@ void add_records(py::module_& module) {
           [](const Judgement& j) { return j.first_step == NONE ? std::nullopt : std::optional(j.first_step); },
           "When it first was above the bound; None where it never was.");
 
-  py::class_<Verdict> verdict(module, "Verdict",
-                              "How a run came out (docs/error_measures.md); true where all figures kept their bounds.");
+  py::class_<Verdict> verdict(
+      module, "Verdict",
+      "How a run came out (docs/reference/error_measures.md); true where all figures kept their bounds.");
 #define CRITERION(name, bound, unit, meaning) \
   verdict.def_property_readonly(              \
       #name, [](const Verdict& v) { return v[Criterion::name]; }, meaning);

@@ -58,7 +58,7 @@ void add_making(WorldClass& world) {
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("source") = "scene.json", py::arg("seed") = 0,
           py::arg("quiet") = false, py::arg("strict") = false, py::arg("approximate") = false,
-          "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
+          "A world of a scene: a dict, or JSON text, as docs/reference/scene_format.md describes it.\n\n"
           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
           "precision: 'float' or 'double'; '' is what the scene says.\n"
           "threads: of a CPU device; 0 is all.\n"
@@ -277,7 +277,7 @@ void add_time(WorldClass& world) {
       .def(
           "suspicions", [](SharedWorld& shared) { return shared.use().suspicions(); },
           "What looks like a mistake in the world as it starts, a str each with its cure "
-          "(docs/when_it_looks_wrong.md);\n"
+          "(docs/how_to/when_it_looks_wrong.md);\n"
           "the first step() warns of each. Nothing once it has been stepped.")
       .def(
           "record",
@@ -287,7 +287,8 @@ void add_time(WorldClass& world) {
           py::arg("path"), py::arg("forces") = false,
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "
           "draws\n"
-          "(docs/recordings.md), with forces=True also the force of each contact and joint. When bodies come and go, "
+          "(docs/how_to/record_and_verify.md), with forces=True also the force of each contact and joint. When bodies "
+          "come and go, "
           "and from the first force on, run.h5 goes on in run.2.h5.")
       .def(
           "end_recording", [](SharedWorld& shared) { shared.use().end_recording(); },

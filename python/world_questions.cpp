@@ -77,7 +77,7 @@ void add_states(WorldClass& world) {
           py::arg("body"), "A row of velocities(), shape (6,).")
       .def(
           "is_asleep", [](SharedWorld& shared, BodyHandle body) { return shared.use().is_asleep(body); },
-          py::arg("body"), "Whether a dynamic body sleeps (docs/sleeping.md).")
+          py::arg("body"), "Whether a dynamic body sleeps (docs/how_to/let_bodies_sleep.md).")
       .def(
           "state_hash", [](SharedWorld& shared) { return fmt::format("{:016x}", shared.use().state_hash()); },
           "Of everything that lives on between steps, 16 hex digits as in the report of `lockstep run`; equal where\n"
@@ -99,7 +99,8 @@ void add_questions(WorldClass& world) {
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
           "and\n"
           "impulse (3,) on a in the step, N s (with the setting `forces` 'substep' in its last sub-step,\n"
-          "docs/forces.md); world frame; triangle_a, triangle_b of shapes that are surfaces, else -1; and gap, m,\n"
+          "docs/reference/forces.md); world frame; triangle_a, triangle_b of shapes that are surfaces, else -1; and "
+          "gap, m,\n"
           "negative where they overlap.")
       .def(
           "contact_force",
@@ -118,7 +119,8 @@ void add_questions(WorldClass& world) {
           "contacts(), with the impulses of least norm that do the same: where several points carry a body, mechanics\n"
           "does not say how they share the load. Of all that lie in the cones of friction and give each dynamic body "
           "the\n"
-          "same force and moment as contacts(), those with the least sum of squares, to 1e-9 (docs/forces.md).")
+          "same force and moment as contacts(), those with the least sum of squares, to 1e-9 "
+          "(docs/reference/forces.md).")
       .def(
           "sensors", [](SharedWorld& shared) { return list_of(shared.use().sensors()); },
           "What the sensors of the scene read of the last step, a list of SensorReading in their order.")

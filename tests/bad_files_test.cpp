@@ -140,7 +140,14 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
       {"nothing", [](hid_t) {}, "accepted"},
       {"no format", [](hid_t f) { remove_attribute(f, "format"); }, "has no attribute format"},
       {"a later format", [](hid_t f) { replace_attribute(f, "format", recording_format + 1); },
-       "it has format " + std::to_string(recording_format + 1) + ", wanted is " + std::to_string(recording_format)},
+       "it has format " + std::to_string(recording_format + 1) + ", of version "},
+      {"an earlier format of another version",
+       [](hid_t f) {
+         replace_attribute(f, "format", oldest_recording_format - 1);
+         replace_attribute(f, "version", std::string("0.0.9"));
+       },
+       "it has format " + std::to_string(oldest_recording_format - 1) + ", of version 0.0.9, wanted is " +
+           std::to_string(recording_format) + ", of version "},
       {"a format of another type", [](hid_t f) { replace_attribute(f, "format", 1.0); }, "format is of another type"},
       {"a format in words", [](hid_t f) { replace_attribute(f, "format", std::string("one")); },
        "format is of another type"},

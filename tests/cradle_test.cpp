@@ -1,5 +1,5 @@
-// Newton's cradle: balls that touch are hit at the same time, by the law of docs/impacts.md; with gaps, one after
-// another.
+// Newton's cradle: balls that touch are hit at the same time, by the law of docs/theory/impacts.md; with gaps, one
+// after another.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

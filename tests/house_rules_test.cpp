@@ -1,6 +1,7 @@
 // The rules of the house that no compiler checks (CONTRIBUTING.md).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -99,7 +100,7 @@ TEST(HouseRules, KernelsUseNoBannedFunction) {
   }
 }
 
-// What the compiler of NVIDIA's driver does not take, or makes wrong code of (docs/gpu.md).
+// What the compiler of NVIDIA's driver does not take, or makes wrong code of (docs/how_to/run_on_a_gpu.md).
 TEST(HouseRules, KernelsAreWithinWhatGpuDriversTake) {
   for (const std::string& file : files("kernels", {".cl", ".h"})) {
     const std::string text = without_comments(read_file(root / file));
@@ -129,11 +130,12 @@ std::string module_of(const std::string& file) {
 // Dependencies run one way, and siblings do not see each other.
 TEST(HouseRules, ModulesIncludeDownwardsOnly) {
   const std::map<std::string, std::set<std::string>> below = {
+      {"include", {}},  // the public headers include each other alone
       {"kernels", {}},
-      {"host", {"kernels"}},
+      {"host", {"include", "kernels"}},
       {"cpu_reference", {"kernels", "host"}},
       {"cpu_reference/oracle", {"host"}},  // nothing of the twins, nor they of the oracles
-      {"host/scene", {"kernels", "host"}},
+      {"host/scene", {"include", "kernels", "host"}},
       {"host/device", {"kernels", "host"}},
       {"host/report", {"kernels", "host"}},
       {"host/render", {"kernels", "host"}},
@@ -145,7 +147,6 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/problems", {"host", "host/record", "cpu_reference/oracle"}},
       {"host/cases",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/steppers", "simulation"}},
-      {"include", {"kernels", "host", "host/scene"}},
       {"host/world",
        {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/steppers",
         "host/record", "simulation"}},
@@ -158,6 +159,10 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
     const std::string module = module_of(file);
     if (!below.count(module) || module == "kernels") continue;
     for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\"")) {
+      if (module == "include") {
+        EXPECT_TRUE(fs::exists(root / "include/lockstep" / included)) << file << " includes " << included;
+        continue;
+      }
       EXPECT_TRUE(fs::exists(root / included)) << file << " includes " << included << ", not named from the root";
       const std::string other = module_of(included);
       EXPECT_TRUE(other == module || below.at(module).count(other)) << file << " includes " << included;
@@ -179,8 +184,8 @@ TEST(HouseRules, ATypeOfAHeaderHasOneHome) {
   EXPECT_GT(homes.size(), 100u);
 }
 
-// Words that stood for several things each, or for what the field has another term for (docs/glossary.md). Prose may
-// use them.
+// Words that stood for several things each, or for what the field has another term for (docs/reference/glossary.md).
+// Prose may use them.
 TEST(HouseRules, IdentifiersAreTermsOfTheField) {
   const std::set<std::string> refused = {"turn",  "turns",  "turned",  "turning", "spin",    "spins",   "spinning",
                                          "visit", "visits", "visited", "visitor", "now",     "stand",   "stands",
@@ -201,14 +206,15 @@ TEST(HouseRules, IdentifiersAreTermsOfTheField) {
     for (const std::string& name : seen) {
       if (accepted.count(name)) continue;
       for (const std::string& word : words_of(name))
-        EXPECT_FALSE(refused.count(word)) << file << ": " << name << "; docs/glossary.md has the term for " << word;
+        EXPECT_FALSE(refused.count(word))
+            << file << ": " << name << "; docs/reference/glossary.md has the term for " << word;
     }
   }
 }
 
 // A comment that cites the contract names rules that its page lists.
 TEST(HouseRules, CitedContractRulesExist) {
-  const std::string page = read_file(root / "docs/bit_exactness.md");
+  const std::string page = read_file(root / "docs/theory/bit_exactness.md");
   const std::size_t first = page.find("\n## The contract\n"), last = page.find("\n## ", first + 1);
   ASSERT_NE(last, std::string::npos);
   std::set<std::string> rules;
@@ -238,16 +244,78 @@ TEST(HouseRules, KernelsIncludeKernels) {
 TEST(HouseRules, ThePageOfTheLibraryShowsATestedExample) {
   std::string example = read_file(root / "examples/watch_a_scene.cpp");
   example.erase(0, example.find('\n') + 1);
-  EXPECT_NE(read_file(root / "docs/library.md").find("```cpp\n" + example + "```"), std::string::npos);
+  EXPECT_NE(read_file(root / "docs/tutorials/library.md").find("```cpp\n" + example + "```"), std::string::npos);
 }
 
 // So does that of the Python module.
 TEST(HouseRules, ThePageOfPythonShowsATestedExample) {
-  const std::string page = read_file(root / "docs/python.md");
+  const std::string page = read_file(root / "docs/tutorials/python.md");
   for (const char* file : {"examples/drop_and_watch.py", "examples/balance_a_pole.py"}) {
     const std::string example = read_file(root / file);
     EXPECT_NE(page.find("```python\n" + example + "```"), std::string::npos) << file;
   }
+}
+
+TEST(HouseRules, TheTutorialOfASolverShowsATestedOne) {
+  const std::string page = read_file(root / "docs/tutorials/add_a_solver.md");
+  for (const char* file : {"examples/symmetric_pgs.hpp", "tests/oracle/symmetric_pgs_test.cpp"}) {
+    std::size_t shown = 0;
+    const std::string code = read_file(root / file);
+    for (const std::string& block : matches(page, "```cpp\n([^`]*)```")) shown += code.find(block) != std::string::npos;
+    EXPECT_EQ(shown, 1u) << file;
+  }
+}
+
+// Kinds without a table stand twice, for kernels and for users; those of tables are compared by
+// host/scene/settings.cpp.
+TEST(HouseRules, KindsAreThoseOfTheKernels) {
+  const auto kinds = [](const char* file) {
+    std::set<std::string> all;
+    for (const std::string& kind : matches(read_file(root / file), R"(\b((?:BODY|EVENT|IMPACT)_[A-Z_]+ = \d+))"))
+      all.insert(kind);
+    return all;
+  };
+  const std::set<std::string> in_kernels = kinds("kernels/types.h");
+  EXPECT_EQ(in_kernels, kinds("include/lockstep/types.hpp"));
+  EXPECT_EQ(in_kernels.size(), 14u);
+}
+
+// What CI runs here it runs in public: each command of .ci/run is a step of the workflow.
+TEST(HouseRules, TheWorkflowRunsWhatCiRuns) {
+  const std::string workflow = read_file(root / ".github/workflows/ci.yml");
+  const std::vector<std::string> commands = matches(read_file(root / ".ci/run"), R"(\n((?:scripts|tests)/[^\n]+))");
+  EXPECT_GE(commands.size(), 4u);
+  for (const std::string& command : commands)
+    EXPECT_NE(workflow.find("- run: " + command + "\n"), std::string::npos) << command << " is not in the workflow";
+}
+
+// One version in all files that name it.
+TEST(HouseRules, FilesNameOneVersion) {
+  const std::vector<std::string> version =
+      matches(read_file(root / "CMakeLists.txt"), R"(project\(lockstep VERSION (\S+))");
+  ASSERT_EQ(version.size(), 1u);
+  EXPECT_NE(read_file(root / "CITATION.cff").find("\nversion: " + version[0] + "\n"), std::string::npos);
+  EXPECT_NE(read_file(root / "CHANGELOG.md").find("\n## " + version[0] + "\n"), std::string::npos);
+}
+
+std::size_t code_points(const std::string& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(line, [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+// What sites call the headings of a page: in lower case, words and hyphens.
+std::set<std::string> anchors_of(const std::string& page) {
+  std::set<std::string> anchors;
+  for (const std::string& heading : matches(page, R"(\n#+ ([^\n]+))")) {
+    std::string name;
+    for (const char c : heading) {
+      if (std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-')
+        name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      else if (c == ' ')
+        name += '-';
+    }
+    anchors.insert(name);
+  }
+  return anchors;
 }
 
 // A path in the text of a document: a link, or a name in backticks that starts with a folder of the project. Names with
@@ -255,6 +323,7 @@ TEST(HouseRules, ThePageOfPythonShowsATestedExample) {
 TEST(HouseRules, DocumentsNameFilesThatExist) {
   std::vector<std::string> documents = files("docs", {".md"});
   for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) documents.push_back(name);
+  const std::regex anchor(R"(\]\(([^)#:\s]*)#([^)]+)\))");
   const std::string folders =
       "(?:\\.ci|bench|cmake|cpu_reference|docs|examples|host|kernels|python|scenes|scripts|tests)";
   for (const std::string& document : documents) {
@@ -263,10 +332,36 @@ TEST(HouseRules, DocumentsNameFilesThatExist) {
     for (const std::string& path : matches(text, "`(" + folders + "/[^`\\s<>*]*)`"))
       EXPECT_TRUE(fs::exists(root / path)) << document << " names " << path;
     for (const std::string& path : matches(text, R"(`(\w+\.(?:md|txt|json))`)"))
-      EXPECT_TRUE(fs::exists(root / path) || fs::exists(root / "docs" / path)) << document << " names " << path;
+      EXPECT_TRUE(fs::exists(root / path)) << document << " names " << path;
     for (const std::string& link : matches(text, R"(\]\(([^)#:\s]+)(?:#[^)]*)?\))"))
       EXPECT_TRUE(fs::exists(root / fs::path(document).parent_path() / link)) << document << " links to " << link;
+    // and the heading behind a #, as sites call it
+    for (std::sregex_iterator i(text.begin(), text.end(), anchor), end; i != end; ++i) {
+      const fs::path page =
+          (*i)[1].length() == 0 ? fs::path(document) : fs::path(document).parent_path() / (*i)[1].str();
+      EXPECT_TRUE(anchors_of(read_file(root / page)).count((*i)[2])) << document << " links to #" << (*i)[2];
+    }
   }
+}
+
+// Pages that can be read in one sitting, in lines that any window shows. Pictures and code may name what is longer.
+TEST(HouseRules, PagesAreShortAndNarrow) {
+  std::vector<std::string> documents = files("docs", {".md"});
+  documents.push_back("README.md");
+  for (const std::string& document : documents) {
+    std::istringstream lines(read_file(root / document));
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count)
+      EXPECT_LE(code_points(line), 120u) << document << ":" << count + 1;
+    EXPECT_LE(count, document == "README.md" ? 80 : 250) << document;
+  }
+}
+
+// Each page is in the menu of the site (mkdocs.yml).
+TEST(HouseRules, TheSiteHasEachPage) {
+  const std::string site = read_file(root / "mkdocs.yml");
+  for (const std::string& page : files("docs", {".md"}))
+    EXPECT_NE(site.find(": " + page.substr(5) + "\n"), std::string::npos) << page << " is not in mkdocs.yml";
 }
 
 }  // namespace

@@ -228,7 +228,7 @@ TEST(Impacts, OfAThousandDropsGainNoEnergy) {
 
 // Boxes thrown at the ground, a third of them flat, by each law: what a step gains of their energy, at most. Newton's
 // law gains some, as it must with friction; the others promise nothing for several blows at once, and gain none here
-// (docs/impacts.md).
+// (docs/theory/impacts.md).
 TEST(Impacts, OfThrownBoxesByEachLaw) {
   Scene scene = parse_scene(R"({
     "description": "boxes thrown at the ground", "gravity": [0, 0, 0],

@@ -1,6 +1,7 @@
 // Worlds of the library and bodies for them.
 #pragma once
 
+#include "host/scene/exact_math.hpp"
 #include "include/lockstep/world.hpp"
 #include "tests/refusal.hpp"
 

@@ -128,6 +128,19 @@ TEST_F(ReplayTest, NamesAFlippedHash) {
   EXPECT_NE(line.find("poses and velocities are equal"), std::string::npos) << line;
 }
 
+TEST_F(ReplayTest, NamesBothVersionsOfARecordingThatDiffers) {
+  record_scene<float>(path_, scene, steps);
+  damage<std::uint64_t>("state_hashes", {17, 0});
+  {
+    const h5::Handle file(H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
+    h5::check(H5Adelete(file, "version"));
+    h5::write_attribute(file, "version", std::string("0.0.9"));
+  }
+  const std::string line = outcome({});
+  EXPECT_NE(line.find("recorded by version 0.0.9, replayed by version "), std::string::npos) << line;
+  EXPECT_EQ(line.find("look at what recorded it"), std::string::npos) << line;
+}
+
 TEST_F(ReplayTest, NamesAFlippedPose) {
   record_scene<float>(path_, scene, steps);
   damage<std::uint64_t>("pose_hashes", {23, 0});

@@ -1,4 +1,4 @@
-// The measures of docs/error_measures.md on states small enough to be measured by hand.
+// The measures of docs/reference/error_measures.md on states small enough to be measured by hand.
 #include "host/report/report.hpp"
 
 #include <gtest/gtest.h>

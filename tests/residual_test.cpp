@@ -1,4 +1,4 @@
-// The residual of docs/error_measures.md on contact problems small enough to be solved by hand.
+// The residual of docs/theory/residuals.md on contact problems small enough to be solved by hand.
 #include "host/report/residual.hpp"
 
 #include <gtest/gtest.h>

@@ -251,7 +251,7 @@ const Probe probes[] = {
 
 TEST(Scenes, SchemaReaderAndManualKnowTheSameWords) {
   const nlohmann::json schema = nlohmann::json::parse(read_text("scenes/scene.schema.json"));
-  const std::string manual = read_text("docs/scene_format.md");
+  const std::string manual = read_text("docs/reference/scene_format.md");
   for (const Probe& probe : probes) {
     const nlohmann::json& node = schema.at(nlohmann::json::json_pointer(probe.schema_location));
     std::set<std::string> words;
@@ -259,7 +259,7 @@ TEST(Scenes, SchemaReaderAndManualKnowTheSameWords) {
     EXPECT_EQ(words, offered(probe.scene)) << probe.schema_location;
     for (const std::string& word : words) {
       EXPECT_NE(manual.find('`' + word + '`'), std::string::npos)
-          << word << " is not explained in docs/scene_format.md";
+          << word << " is not explained in docs/reference/scene_format.md";
     }
   }
 }
@@ -274,7 +274,7 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
 }
 
 TEST(Scenes, TheExampleOfTheManualRuns) {
-  const std::string manual = read_text("docs/scene_format.md");
+  const std::string manual = read_text("docs/reference/scene_format.md");
   const std::size_t start = manual.find("```json\n") + 8;
   const Scene scene = parse_scene(manual.substr(start, manual.find("```", start) - start), "example.json");
   EXPECT_EQ(scene.bodies.size(), 101u);

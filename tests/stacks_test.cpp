@@ -63,7 +63,8 @@ TEST(StacksStayAtRest, MassRatioOfAMillion) {
 
 // A card that leans at 25 degrees under a load has to be held at its upper edge, by up to tan(25) = 0.466 of the load.
 // Of the outer ones it is the floor that holds them, by friction; the weight of the card that leans against them helps
-// a little. Just above that rounding decides, for the cards move while they take up their load (docs/solvers.md).
+// a little. Just above that rounding decides, for the cards move while they take up their load
+// (docs/theory/solvers.md).
 TEST(CardHouse, NeedsTheFrictionThatItsLeaningCardsAskFor) {
   Scene scene = read_scene("card_house");
   for (const u32 substeps : {16u, 32u, 48u}) {

@@ -1,6 +1,7 @@
 // Forces and impulses that worlds tell are those of the whole step, whatever solves it and in however many sub-steps.
 #include <cmath>
 
+#include "host/scene/settings.hpp"
 #include "tests/library_worlds.hpp"
 
 namespace lockstep::step_forces_test {

@@ -1,5 +1,5 @@
-// How well a frictional contact problem was solved: the residual of docs/error_measures.md, and beside it the forms of
-// FCLIB, Siconos and the literature. With F the natural map of cone/cone.hpp:
+// How well a frictional contact problem was solved: the residual of docs/reference/error_measures.md, and beside it the
+// forms of FCLIB, Siconos and the literature. With F the natural map of cone/cone.hpp:
 //   residual       rms(w) / U, w_i = |F_i(rho_i)| / rho_i, rho_i = 1 / lambda_max(W_ii), U = rms|q| (else rms|W r|);
 //                  a block of rows of joints counts with |V^T r + R l + s|
 //   natural_map    |F(1)| / |q|: Acary, Bremond, Huber (2018), eq. 6.1

@@ -245,24 +245,26 @@ void run(const BenchOptions& options) {
 
 void add_bench(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("bench", "Speed against error: hard cases with exact answers, by every method");
+      program.add_subcommand("bench", "Measure speed against error on hard cases with exact answers, for every method");
   const auto options = std::make_shared<BenchOptions>();
-  command->add_option("cases", options->cases, "Which (--list); all unless named");
-  command->add_option("--device", options->devices, "auto, gpu, cpu, reference, or an index; several may be given")
+  command->add_option("cases", options->cases, "Cases to run (see --list); default: all");
+  command
+      ->add_option("--device", options->devices,
+                   "Devices: auto, gpu, cpu, reference, or an index; several may be given")
       ->capture_default_str();
-  command->add_option("--precision", options->precisions, "float, double, or both")
+  command->add_option("--precision", options->precisions, "Precisions: float, double, or both")
       ->check(CLI::IsMember({"float", "double"}))
       ->capture_default_str();
-  command->add_option("--method", options->methods, "Only these methods, as the tables name them");
-  command->add_option("--settings", options->settings, "Only so many settings of each method, the cheapest first")
+  command->add_option("--method", options->methods, "Run only these methods, named as in the tables");
+  command->add_option("--settings", options->settings, "Run only this many settings of each method, cheapest first")
       ->check(CLI::PositiveNumber);
-  command->add_option("--repetitions", options->repetitions, "Runs of each trial; the fastest counts")
+  command->add_option("--repetitions", options->repetitions, "Repeat each trial this many times and keep the fastest")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--out", options->out, "The folder for tables, plots and the page")->capture_default_str();
-  command->add_flag("--list", options->list, "Say what there is, run nothing");
+  command->add_option("--out", options->out, "Folder for tables, plots and the page")->capture_default_str();
+  command->add_flag("--list", options->list, "List cases and methods, run nothing");
   command->footer(
-      "Error is measured against exact answers (docs/bench.md). ms/s is what a second of simulated time costs.\n"
+      "Error is measured against exact answers (docs/lab/bench.md). ms/s is what a second of simulated time costs.\n"
       "Examples:\n  lockstep bench                         # all of it: about an hour on two cores\n"
       "  lockstep bench slide_to_roll pyramid20 --precision float");
   command->callback([options] { run(*options); });

@@ -30,7 +30,7 @@ std::vector<Buffer> value_buffers(ColorBy by, Features features);
 ///   contacts     points at which it touches others
 ///   color        the last colour in which the solver solves one of its contacts
 ///   penetration  the deepest, mm
-///   residual     the largest defect velocity of its contacts and joints (docs/error_measures.md), m/s
+///   residual     the largest defect velocity of its contacts and joints (docs/reference/error_measures.md), m/s
 template <class real>
 std::vector<float> body_values(ColorBy by, const Buffers<real>& buffers, u32 bodies, Features features,
                                const Counters& counters);

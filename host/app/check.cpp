@@ -117,14 +117,14 @@ void check(CheckCommand& options) {
 
 void add_check(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "check", "Run a device and the reference in lockstep; name the first stage, buffer, index and word that differ");
+      "check", "Run a device and the reference side by side; report the first word that differs");
   const auto options = std::make_shared<CheckCommand>();
-  command->add_option("scenes", options->names,
-                      "Built-in scenes (lockstep scenes), JSON files or robots (.urdf, .xml); every built-in scene "
-                      "unless named");
+  command->add_option(
+      "scenes", options->names,
+      "Built-in scenes (lockstep scenes), JSON files or robots (.urdf, .xml); default: every built-in scene");
   add_setting_options(*command, *options);
-  add_file_option(*command, "--picture", options->picture, "Where they differ, draw both states into this PNG file");
-  command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
+  add_file_option(*command, "--picture", options->picture, "Draw both states in this PNG file if they differ");
+  command->add_flag("--quiet", options->quiet, "Print no progress bar, and nothing if all is equal");
   command->footer(
       "Examples:\n"
       "  lockstep check spheres8000 --steps 20 --lanes 8\n"

@@ -54,7 +54,7 @@ void list() {
 
 void add_devices(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("devices", "What there is, the canary's verdict, what each device promises");
+      program.add_subcommand("devices", "List the devices, whether each is bit-exact, and what it supports");
   command->footer("Example:\n  lockstep devices");
   command->callback(list);
 }

@@ -1,4 +1,4 @@
-// The file that --events names: one line of JSON an event, written as the run goes on (docs/events.md).
+// The file that --events names: one line of JSON an event, written as the run goes on (docs/reference/events.md).
 #pragma once
 
 #include <array>

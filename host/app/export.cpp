@@ -134,30 +134,27 @@ void export_system(const ExportOptions& options) {
 
 void add_export(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "export", "Write a motion as glTF, or the constraint system of a step, or print its size in each model");
+      "export", "Write a motion as glTF, or the constraint system of a step; print its size in each model");
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
-  command->get_option("scene")->description("A built-in scene, a JSON or URDF file, or for a motion a recording");
+  command->get_option("scene")->description("Built-in scene, JSON file or robot; for a motion also a recording");
   add_file_option(*command, "-o,--output", options->output,
-                  "The file to write: a motion where it ends in .glb; else a system as FCLIB, or as text for "
-                  "Siconos where it ends in .dat");
-  command->add_flag("--quiet", options->quiet, "No progress bar and no line");
+                  "File to write: .glb a motion; .dat a system as text for Siconos; else a system as FCLIB");
+  command->add_flag("--quiet", options->quiet, "Print no progress bar and no summary");
   command
-      ->add_option("--fps", options->fps,
-                   "Keyframes a second of simulated time, 60 unless told; at most as many as there are steps")
+      ->add_option("--fps", options->fps, "Keyframes per second of simulated time (default 60, at most one per step)")
       ->check(finite)
       ->check(CLI::Range(0.001, 1e6))
       ->group("A motion");
   const std::string group = "The system of a step";
-  command->add_option("--at", options->at, "The step, counted from 1")->check(positive)->group(group);
-  command->add_flag("--local", options->local, "W, q instead of M, f, H, w")->group(group);
+  command->add_option("--at", options->at, "Step to write, counted from 1")->check(positive)->group(group);
+  command->add_flag("--local", options->local, "Write W and q instead of M, f, H and w")->group(group);
   command
       ->add_flag("--sizes", options->sizes,
-                 "Print how many unknowns each model of the survey has for this step (docs/lcp.md); --output may be "
-                 "left out then")
+                 "Print how many unknowns each model of the survey has for this step; needs no --output")
       ->group(group);
   command->get_option("--directions")
-      ->description("Sides of the friction pyramids that --sizes counts with, and of oracles that have them");
+      ->description("Sides of the friction pyramids, for --sizes and for oracles with pyramids");
   command->footer(
       "Example:\n  lockstep export heap.h5 -o heap.glb\n  lockstep export wall --at 100 -o wall.hdf5\n"
       "  lockstep solve wall.hdf5\n  lockstep export rag_doll --at 100 --sizes");

@@ -42,18 +42,21 @@ std::string unexpected(const CLI::App& program, int argc, char** argv, const CLI
 // The exit status of a program that nobody asked to end.
 int run_program(int argc, char** argv) {
   using namespace lockstep;
-  CLI::App program("Rigid bodies in OpenCL and in plain C++ with the same bits, speed reported beside error.",
-                   "lockstep");
+  CLI::App program(
+      "A rigid-body simulator: bitwise identical results on GPU, CPU and a plain C++ reference, with error reported "
+      "next to speed.",
+      "lockstep");
   program.require_subcommand(1);
+  program.set_version_flag("--version", std::string("lockstep ") + LOCKSTEP_VERSION, "Print the version and exit");
   program.footer(
+      "Settings and solvers in full: docs/reference/settings.md\n"
       "Start with:\n"
       "  lockstep scenes\n"
       "  lockstep run slide_to_roll\n"
       "  lockstep check slide_to_roll --steps 200\n"
-      "Exit status: 0 good, 1 a comparison failed, a problem was left unsolved or a run went bad, 2 bad usage or bad\n"
-      "input, 3 device failure. SIGHUP, SIGINT (Ctrl-C) and SIGTERM end it with 129, 130 and 143, and what there is, "
-      "is\n"
-      "kept: report, recording, checkpoint, pictures. A second one ends it at once.");
+      "Exit status: 0 success; 1 a comparison failed, a problem stayed unsolved, or the run went bad; 2 bad usage or\n"
+      "bad input; 3 device failure. SIGHUP, SIGINT (Ctrl-C) and SIGTERM stop it with 129, 130 and 143 after it has\n"
+      "written its report, recording, checkpoint and pictures. A second signal stops it at once.");
   app::add_devices(program);
   app::add_scenes(program);
   app::add_run(program);

@@ -42,6 +42,17 @@ std::string value_text(const SettingInfo& row) {
   return "[" + bounds + (bounds.empty() || unit.empty() ? "" : ", ") + unit + "]";
 }
 
+// The first clause of what a row means: the rest is on the page of settings.
+std::string help_text(const SettingInfo& row) {
+  std::string text = row.meaning;
+  const bool begins_with_name = text.starts_with('`');
+  for (const char* end : {" (docs/", "; ", ". ", ": "}) {
+    if (begins_with_name && (end[0] == ':' || row.bounds.kind == Bounds::Kind::name) && end[0] != ' ') continue;
+    text = text.substr(0, text.find(end));
+  }
+  return text;
+}
+
 // --setting-of-a-row, in the group of the row.
 CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions& options) {
   std::string name = row.name;
@@ -56,7 +67,7 @@ CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions
     return std::string();
   };
   const auto take = [&row, &options](const std::string& text) { options.settings[row.name] = text; };
-  return command.add_option_function<std::string>("--" + name, take, row.meaning)
+  return command.add_option_function<std::string>("--" + name, take, help_text(row))
       ->check(CLI::Validator(check, ""))
       ->type_name(value_text(row))
       ->group(setting_group_names[static_cast<u32>(row.group)]);
@@ -77,7 +88,7 @@ void add_solver(CLI::App& command, std::optional<Solver>& solver) {
   command
       .add_option_function<std::string>(
           "--solver", take,
-          fmt::format("Instead of the scene's: {}; or an oracle, of those that lockstep run --help lists",
+          fmt::format("Use this solver instead of the scene's: {}; or an oracle (listed by lockstep run --help)",
                       fmt::join(sweeping, ", ")))
       ->check(CLI::Validator(known, ""))
       ->type_name("NAME")
@@ -87,18 +98,20 @@ void add_solver(CLI::App& command, std::optional<Solver>& solver) {
 }  // namespace
 
 void add_target_options(CLI::App& command, TargetOptions& options) {
-  command.add_option("--device", options.device, "auto, gpu, cpu, reference, or an index of `lockstep devices`")
+  command
+      .add_option("--device", options.device,
+                  "Device to compute on: auto, gpu, cpu, reference, or an index from `lockstep devices`")
       ->capture_default_str();
 
-  const std::string group = "What cannot change a bit";
+  const std::string group = "Speed only: these change no bit";
   DeviceOptions& device = options.device_options;
-  command.add_option("--lanes", device.lanes, "Pairs in contact per work-item in the solver")
+  command.add_option("--lanes", device.lanes, "Contact pairs per work-item in the solver")
       ->check(CLI::IsMember({1, 8, 16}))
       ->group(group);
   command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
   command
       .add_option("--threads", device.threads,
-                  "Compute units of a CPU device; unset, all of them, or for few bodies the thread that calls")
+                  "Compute units of a CPU device; default: all, or the calling thread for small scenes")
       ->check(positive)
       ->group(group);
   std::map<std::string, SubstepPlan> plans;
@@ -113,22 +126,20 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
-  command
-      .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
+  command.add_option("scene", options.scene, "Built-in scene (lockstep scenes), JSON file, or robot (.urdf, .xml)")
       ->required();
   const std::string group = "Robots";
   command
       .add_flag("--strict", options.reading.strict,
-                "Refuse what of a robot's file would be left out, which is told otherwise (docs/formats.md)")
+                "Refuse a robot file with anything that would be left out; default: warn")
       ->group(group);
   command
       .add_flag("--approximate", options.reading.approximate,
-                "Leave out or replace what of a robot's file changes the motion and is not simulated; it is told")
+                "Leave out or replace what changes a robot's motion but is not simulated, with a warning")
       ->group(group);
   command
       .add_option("--keyframe", options.reading.keyframe,
-                  "Joints start, and servos want, what this <key> of an MJCF file says; one without a name is called "
-                  "by its number")
+                  "Start joints and servos from this <key> of an MJCF file, by its name or number")
       ->group(group);
   command
       .add_option_function<std::vector<std::string>>(
@@ -141,7 +152,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
               options.reading.packages[package.substr(0, at)] = package.substr(at + 1);
             }
           },
-          "The folder of package://NAME in robot files, before those above them and ROS_PACKAGE_PATH")
+          "Folder of package://NAME in robot files; searched before ROS_PACKAGE_PATH")
       ->type_name("NAME=FOLDER")
       ->allow_extra_args(false)
       ->group(group);
@@ -156,8 +167,7 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       add_solver(command, options.solver);
     else if (name == "sleeping")
       command
-          .add_option("--sleeping", options.sleeping,
-                      "Let islands sleep whose bodies have been at rest for so many seconds, or off (docs/sleeping.md)")
+          .add_option("--sleeping", options.sleeping, "Put islands to sleep after this many seconds at rest, or off")
           ->check(CLI::Validator([](const std::string& text) { return text == "off" ? std::string() : positive(text); },
                                  ""))
           ->type_name("[> 0, s]|off")
@@ -165,14 +175,15 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
     else
       add_setting(command, row, options);
   }
-  command.add_option("--time", options.time, "Simulated time instead of steps")
+  command.add_option("--time", options.time, "Simulated time, instead of --steps")
       ->check(CLI::Validator(positive).description(""))
       ->type_name("[> 0, s]")
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
-  command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws")
+  command.add_option("--seed", options.seed, "Random seed offset (0 = as in the scene file)")
       ->check(CLI::Validator(finite).description(""));
-  command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
+  command.add_option("--resume", options.resume,
+                     "Continue from this checkpoint; --steps counts from the start of the original run");
   add_target_options(command, options);
 }
 

@@ -92,32 +92,32 @@ void read_camera(RenderOptions& options) {
 
 void add_render_options(CLI::App& command, RenderOptions& options) {
   add_scene_options(command, options);
-  command.get_option("scene")->description("A built-in scene (lockstep scenes), a JSON file, or a recording");
+  command.get_option("scene")->description("Built-in scene (lockstep scenes), JSON file, robot, or recording");
   const std::string group = "Pictures";
   options.frames.folder = "out";
   std::vector<CLI::Option*> added = {
-      command.add_option("--out", options.frames.folder, "The folder that PNG pictures go to")->capture_default_str(),
-      add_file_option(command, "--video", options.frames.film, "An MP4 film instead; needs ffmpeg"),
-      command.add_option("--size", options.size, "WIDTHxHEIGHT, up to 3840x2160")->capture_default_str(),
-      command.add_option("--color-by", options.color_by, "body, speed, contacts, color, penetration or residual")
+      command.add_option("--out", options.frames.folder, "Folder for PNG pictures")->capture_default_str(),
+      add_file_option(command, "--video", options.frames.film, "Write an MP4 film instead of pictures (needs ffmpeg)"),
+      command.add_option("--size", options.size, "Size in pixels, WIDTHxHEIGHT, up to 3840x2160")
           ->capture_default_str(),
-      command.add_option("--scale", options.frames.scale, "The number that the brightest colour stands for")
-          ->check(positive),
       command
-          .add_option(
-              "--show", options.show,
-              "contacts, forces, joints: marks on top; particles, shapes: one or both of bodies that are particles")
+          .add_option("--color-by", options.color_by,
+                      "Colour bodies by body, speed, contacts, color, penetration or residual")
+          ->capture_default_str(),
+      command.add_option("--scale", options.frames.scale, "Value of the brightest colour")->check(positive),
+      command
+          .add_option("--show", options.show,
+                      "Draw marks: contacts, forces, joints; or particle bodies as particles, shapes or both")
           ->delimiter(','),
-      command.add_option("--from", options.from, "Where the camera is, x,y,z in m, instead of the scene's")
-          ->delimiter(','),
-      command.add_option("--to", options.to, "What it looks at")->delimiter(','),
-      command.add_option("--fov", options.fov, "Its angle of view upwards, degrees")
+      command.add_option("--from", options.from, "Camera position x,y,z in m, instead of the scene's")->delimiter(','),
+      command.add_option("--to", options.to, "Point that the camera looks at, x,y,z in m")->delimiter(','),
+      command.add_option("--fov", options.fov, "Vertical angle of view, degrees")
           ->check(finite)
           ->check(CLI::Range(1.0, 150.0)),
-      command.add_flag("--plain", options.frames.plain, "No legend and no caption")};
+      command.add_flag("--plain", options.frames.plain, "Draw no legend and no caption")};
   for (CLI::Option* option : added) option->group(group);
   add_shown_options(command, options.shown);
-  command.add_flag("--quiet", options.quiet, "No progress bar and no summary");
+  command.add_flag("--quiet", options.quiet, "Print no progress bar and no summary");
 }
 
 void finish_render_options(const CLI::App& command, RenderOptions& options) {

@@ -352,28 +352,26 @@ void run(RunOptions options) {
 }  // namespace
 
 void add_run(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("run", "Simulate a scene and report speed beside error");
+  CLI::App* command = program.add_subcommand("run", "Simulate a scene; report speed and error");
   const auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, *options);
   command
       ->add_option(
           "--worlds", options->worlds,
-          "Independent copies of the scene, seeded --seed, --seed + 1, ..., each with the bits that it has alone; "
-          "mpirun distributes them")
+          "Simulate N independent worlds, seeded --seed, --seed + 1, ...; each has the bits of its single run. Under "
+          "mpirun, processes share them")
       ->check(CLI::Validator(positive).description(""))
       ->check(CLI::Range(1u, 10000000u))
       ->capture_default_str();
-  add_file_option(*command, "--report", options->report,
-                  "Write the figures to this file as JSON (docs/error_measures.md)");
-  add_file_option(*command, "--events", options->events, "Write contact and trigger events to this file as JSON Lines");
-  add_file_option(*command, "--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
-  command
-      ->add_flag("--record-forces", options->record_forces,
-                 "Record the force of each contact and joint in it, too (docs/recordings.md)")
+  add_file_option(*command, "--report", options->report, "Write the report to this JSON file");
+  add_file_option(*command, "--events", options->events,
+                  "Write contact and trigger events to this file, as JSON Lines");
+  add_file_option(*command, "--record", options->record, "Record every step in this HDF5 file");
+  command->add_flag("--record-forces", options->record_forces, "Also record the force of each contact and joint")
       ->needs("--record");
-  add_file_option(*command, "--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
-  command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
-  command->add_flag("--quiet", options->quiet, "No progress bar and no table");
+  add_file_option(*command, "--checkpoint", options->checkpoint, "Write the final state to this file, for --resume");
+  command->add_flag("--profile", options->device_options.profile, "Time each stage (slower)");
+  command->add_flag("--quiet", options->quiet, "Print no progress bar and no table");
   command->footer(oracle_descriptions() +
                   "Example:\n  lockstep run spheres8000 --steps 120 --report out.json\n"
                   "  lockstep run incline --solver auto --tolerance 1e-12");

@@ -19,7 +19,7 @@ void list_scenes() {
 }  // namespace
 
 void add_scenes(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("scenes", "The built-in scenes, one line each");
+  CLI::App* command = program.add_subcommand("scenes", "List the built-in scenes");
   command->footer("Example:\n  lockstep scenes");
   command->callback(list_scenes);
 }

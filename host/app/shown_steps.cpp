@@ -37,13 +37,14 @@ std::vector<u32> by_time(double rate, u32 first, u32 last, double dt) {
 }  // namespace
 
 void add_shown_options(CLI::App& command, ShownOptions& options) {
-  const std::string group = "Which steps are shown";
-  CLI::Option* at = command.add_option("--at", options.at, "These steps, as in --at 0,120,600")->delimiter(',');
-  CLI::Option* frames = command.add_option("--frames", options.frames, "So many, spread evenly over the run");
-  CLI::Option* every = command.add_option("--every", options.every, "Each so many steps, from the beginning");
-  CLI::Option* fps =
-      command.add_option("--fps", options.fps,
-                         "Pictures a second of a film; alone, of simulated time: what is shown plays as it happened");
+  const std::string group = "Steps to show";
+  CLI::Option* at = command.add_option("--at", options.at, "Show these steps, such as 0,120,600")->delimiter(',');
+  CLI::Option* frames =
+      command.add_option("--frames", options.frames, "Show this many steps, evenly spaced over the run");
+  CLI::Option* every = command.add_option("--every", options.every, "Show every Nth step, from the first");
+  CLI::Option* fps = command.add_option(
+      "--fps", options.fps,
+      "Pictures per second of film; without the options above, of simulated time (real-time playback)");
   for (CLI::Option* option : {at, frames, every, fps}) option->group(group);
   at->check(CLI::NonNegativeNumber);
   frames->check(CLI::Range(1, 1000000))->excludes(at);

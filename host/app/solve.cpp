@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cpu_reference/oracle/cone/whole.hpp"
@@ -16,6 +17,7 @@
 #include "host/problems/lcp_text.hpp"
 #include "host/problems/solution_file.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/scene/json_node.hpp"
 
 namespace lockstep::app {
 
@@ -36,7 +38,7 @@ std::string solver_descriptions() {
   text += "Of those in the global form, joints as a part of their own:\n";
   for (const oracle::MixedSolver& solver : oracle::mixed_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
-  text += fmt::format("Solvers of linear complementarity problems (docs/lcp.md):\n  auto, {}\n",
+  text += fmt::format("Solvers of linear complementarity problems (docs/theory/lcp.md):\n  auto, {}\n",
                       fmt::join(lcp_solver_names(), ", "));
   return text + "Example:\n  lockstep solve problem.hdf5 --solver admm --tolerance 1e-6";
 }
@@ -196,25 +198,37 @@ void expect_solved(const SolveOptions& options, const std::string& solver, const
 
 void add_solve(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("solve", "Solve a contact or a linear complementarity problem from a file, in double");
+      program.add_subcommand("solve", "Solve a contact or complementarity problem from a file, in double precision");
   const auto options = std::make_shared<SolveOptions>();
   command
       ->add_option("problem", options->problem,
-                   "An FCLIB file (.hdf5), or a contact or complementarity problem as text (.dat)")
+                   "FCLIB file (.hdf5), or contact or complementarity problem as text (.dat)")
       ->required();
-  command->add_option("--solver", options->solver, "Which of those below")
-      ->check(CLI::IsMember(solver_names_known()))
+  command->add_option("--solver", options->solver, "Solver, from the lists below")
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            const std::vector<std::string> names = solver_names_known();
+            const bool is_known = std::ranges::find(names, name) != names.end();
+            return is_known ? std::string()
+                            : fmt::format("unknown solver {}; {}", quote(name), suggestion(name, names));
+          },
+          ""))
+      ->type_name("NAME")
       ->capture_default_str();
-  command->add_option("--tolerance", options->limits.tolerance, "Of the residual (docs/error_measures.md)")
+  command->add_option("--tolerance", options->limits.tolerance, "Stop at this residual")
       ->check(positive)
       ->capture_default_str();
-  command->add_option("--iterations", options->limits.iterations, "At most")->check(positive)->capture_default_str();
-  command->add_option("--seconds", options->limits.seconds, "At most")->check(positive)->capture_default_str();
-  add_file_option(*command, "--report", options->report, "Write the figures to this file as JSON");
+  command->add_option("--iterations", options->limits.iterations, "Stop after this many iterations")
+      ->check(positive)
+      ->capture_default_str();
+  command->add_option("--seconds", options->limits.seconds, "Stop after this many seconds")
+      ->check(positive)
+      ->capture_default_str();
+  add_file_option(*command, "--report", options->report, "Write the report to this JSON file");
   add_file_option(*command, "--solution", options->solution,
-                  "Write impulses and velocities to this file, .hdf5 as FCLIB has them or else text");
-  command->add_option("--guess", options->guess, "Start from the impulses in this file, as --solution writes it");
-  command->add_flag("--quiet", options->quiet, "No table");
+                  "Write impulses and velocities to this file: FCLIB if it ends in .hdf5, else text");
+  command->add_option("--guess", options->guess, "Start from the impulses in this file, written by --solution");
+  command->add_flag("--quiet", options->quiet, "Print no table");
   command->footer(solver_descriptions());
   command->callback([options] { solve(*options); });
 }

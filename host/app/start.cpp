@@ -49,7 +49,8 @@ void expect_all_solved(const std::string& scene, const std::string& solver, cons
 }
 
 void tell_if_bad(const std::string& scene, const Verdict& verdict) {
-  if (!verdict.good()) fmt::print(stderr, "lockstep: {}: {} (docs/error_measures.md)\n", scene, in_words(verdict));
+  if (!verdict.good())
+    fmt::print(stderr, "lockstep: {}: {} (docs/reference/error_measures.md)\n", scene, in_words(verdict));
 }
 
 #define INSTANTIATE(real)                                                             \

@@ -25,8 +25,8 @@ Start<real> make_start(const Scene& scene, const SceneOptions& options) {
   return make_start<real>(std::span(&scene, 1), options);
 }
 
-/// Says on stderr what looks like a mistake in the first of the worlds, each line once (docs/when_it_looks_wrong.md).
-/// Of a checkpoint the bodies are where the run before has left them.
+/// Says on stderr what looks like a mistake in the first of the worlds, each line once
+/// (docs/how_to/when_it_looks_wrong.md). Of a checkpoint the bodies are where the run before has left them.
 template <class real>
 void tell_suspicions(const Scene& scene, Start<real>& start);
 

@@ -73,13 +73,13 @@ void verify(const VerifyOptions& options) {
 
 void add_verify(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "verify", "Replay a recording and compare hash, poses, velocities and measures of every step");
+      "verify", "Replay a recording; compare hash, poses, velocities and measures of every step");
   const auto options = std::make_shared<VerifyOptions>();
-  command->add_option("recording", options->recording, "A file of `lockstep run --record`")->required();
+  command->add_option("recording", options->recording, "Recording made by `lockstep run --record`")->required();
   add_target_options(*command, *options);
   add_file_option(*command, "--picture", options->picture,
-                  "Where device and reference part, draw both states into this PNG file");
-  command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
+                  "Draw both states in this PNG file if device and reference differ");
+  command->add_flag("--quiet", options->quiet, "Print no progress bar, and nothing if all is equal");
   command->footer("Example:\n  lockstep verify heap.h5 --device reference");
   command->callback([options] { verify(*options); });
 }

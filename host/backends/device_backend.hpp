@@ -22,6 +22,7 @@ struct DeviceOptions {
   bool profile = false;            // measure stage_seconds(); sub-steps are launches unless `substeps` says otherwise
   BuildClock::Tell tell_building;  // told where building kernels takes longer than `patience`; unset: nobody
   double patience = 1;             // s
+  bool waits_for_kernels = false;  // rather than begin on the reference, where nobody asks for a device
   std::optional<SubstepPlan> substeps;  // unset: by the size of the scene and the device
 
   // for tests

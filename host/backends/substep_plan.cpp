@@ -10,7 +10,7 @@ namespace lockstep {
 namespace {
 
 // Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
-// is woken (docs/performance.md).
+// is woken (docs/lab/performance.md).
 constexpr u32 few_items = 512;
 
 bool has_few_items(const Sizes& sizes) {

@@ -67,7 +67,8 @@ std::vector<CaseError> bouncing(Trial& trial) {
   return {energy.error(), energy.gain(), {"mean error of a height", "m", 0, off / seen}};
 }
 
-/// Published at dt 1e-3: RaiSim 8.4 J^2, ODE 112, Bullet 4.1e4, of some 34.5 kJ (docs/bench.md says where ours goes).
+/// Published at dt 1e-3: RaiSim 8.4 J^2, ODE 112, Bullet 4.1e4, of some 34.5 kJ (docs/lab/bench.md says where ours
+/// goes).
 std::vector<CaseError> elastic666(Trial& trial) {
   const Scene scene = read_scene("balls666_elastic");
   EnergyError energy(scene);

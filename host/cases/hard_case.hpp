@@ -23,7 +23,7 @@ struct HardCase {
   std::function<std::vector<CaseError>(Trial&)> run;
 };
 
-/// Every case, in the order of docs/bench.md.
+/// Every case, in the order of docs/lab/bench.md.
 const std::vector<HardCase>& hard_cases();
 
 // by kind, a file each

@@ -1,5 +1,6 @@
 // Runs work in a process of its own, so that its memory is its own and what it leaves behind does not slow what comes
-// after it: pocl 3.1 keeps up to 128 kernels loaded and never lets go of one that ran on its threads (docs/bench.md).
+// after it: pocl 3.1 keeps up to 128 kernels loaded and never lets go of one that ran on its threads
+// (docs/lab/bench.md).
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Checkpoints: the state of a simulation in a file, to go on from on any device (docs/recordings.md).
+// Checkpoints: the state of a simulation in a file, to go on from on any device (docs/how_to/record_and_verify.md).
 #pragma once
 
 #include <span>

@@ -15,7 +15,7 @@ struct RecordedForces {
   std::vector<JointForceRow> joints;      // all of them
 };
 
-/// Of the step that the simulation has just done (docs/forces.md).
+/// Of the step that the simulation has just done (docs/reference/forces.md).
 template <class real>
 RecordedForces recorded_forces(Simulation<real>& simulation);
 

@@ -1,5 +1,5 @@
-// What a recording holds (docs/recordings.md): who made it and how, the compiled scene and the state that the run began
-// with, and a row of each table below for each step.
+// What a recording holds (docs/how_to/record_and_verify.md): who made it and how, the compiled scene and the state that
+// the run began with, and a row of each table below for each step.
 #pragma once
 
 #include <compare>

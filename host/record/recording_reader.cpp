@@ -104,9 +104,10 @@ RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std
 
 void RecordingReader::read_head() {
   format_ = h5::read_attribute<u32>(file_, "format");
-  if (format_ < oldest_recording_format || format_ > recording_format)
-    throw h5::Failed("it has format " + std::to_string(format_) + ", wanted is " + std::to_string(recording_format));
   version_ = h5::read_text_attribute(file_, "version");
+  if (format_ < oldest_recording_format || format_ > recording_format)
+    throw h5::Failed("it has format " + std::to_string(format_) + ", of version " + version_ + ", wanted is " +
+                     std::to_string(recording_format) + ", of version " LOCKSTEP_VERSION "; record it again");
   precision_ = read_precision(file_);
   label_.scene = h5::read_text_attribute(file_, "scene");
   label_.device = h5::read_text_attribute(file_, "device");

@@ -221,6 +221,11 @@ class Replay {
 
   // Here device and reference agree, so that it is the recording that is another.
   [[noreturn]] void fail(const std::string& where, const std::string& what) const {
+    if (recording_.version() != LOCKSTEP_VERSION)
+      throw Error(Failure::comparison, where,
+                  what + "; recorded by version " + recording_.version() +
+                      ", replayed by version " LOCKSTEP_VERSION
+                      ", and bits are promised within one version: record it again");
     const std::string recorder = quote(recording_.label().device) + ", version " + quote(recording_.version());
     const std::string why =
         start_.oracle ? "; the steps are those of " + start_.oracle.name +

@@ -8,7 +8,7 @@
 namespace lockstep {
 
 /// In the joint's frame as b carries it: z along its axis, x and y those that exact::rotation_from_z_to() gives at load
-/// (docs/forces.md), of a universal joint z along its first arm and x along its second.
+/// (docs/reference/forces.md), of a universal joint z along its first arm and x along its second.
 struct JointWrench {
   Eigen::Vector3d force, torque;  // on b at its anchor and about it, N and N m
 };

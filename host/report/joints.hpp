@@ -1,4 +1,4 @@
-// What is measured on joints, in double (docs/error_measures.md).
+// What is measured on joints, in double (docs/reference/error_measures.md).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Contact impulses of least norm among those that do the same to the bodies (docs/forces.md).
+// Contact impulses of least norm among those that do the same to the bodies (docs/reference/forces.md).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// What is measured on the state at the end of a step, in double and outside the timed step (docs/error_measures.md).
+// What is measured on the state at the end of a step, in double and outside the timed step
+// (docs/reference/error_measures.md).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// What a run reports: its speed beside its errors. docs/error_measures.md says what each figure is.
+// What a run reports: its speed beside its errors. docs/reference/error_measures.md says what each figure is.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// How well a contact problem was solved: the residual of docs/error_measures.md, the same for every solver.
+// How well a contact problem was solved: the residual of docs/theory/residuals.md, the same for every solver.
 #pragma once
 
 #include <optional>

@@ -9,11 +9,13 @@ namespace lockstep {
 
 namespace {
 
-// From here on the tree was faster (docs/performance.md): few shapes are soon compared, and it takes more launches.
+// From here on the tree was faster (docs/lab/layouts_and_broad_phase.md): few shapes are soon compared, and it takes
+// more launches.
 constexpr double tree_ratio = 4;
 constexpr std::size_t tree_shapes = 500;  // of a world
 
-// Up to here one work-group compares all shapes faster than launches sort them into cells (docs/performance.md).
+// Up to here one work-group compares all shapes faster than launches sort them into cells
+// (docs/lab/layouts_and_broad_phase.md).
 constexpr std::size_t few_shapes = 256;
 
 // Whether the tree is better than the grid, whose cells hold the largest shape of all: `extents` are the radii of the

@@ -8,7 +8,7 @@ namespace lockstep {
 
 namespace {
 
-// Bodies along an edge of a cell (docs/solvers.md).
+// Bodies along an edge of a cell (docs/theory/other_solvers.md).
 constexpr double bodies_along_edge = 6;
 
 // The mean of a shape's three widths along its axes.

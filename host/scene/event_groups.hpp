@@ -1,5 +1,5 @@
 // Events of the shapes and bodies of scenes, made of those of the shapes that are simulated: a surface is simulated as
-// its triangles, and what rolls over one begins and ceases to touch them all (docs/events.md).
+// its triangles, and what rolls over one begins and ceases to touch them all (docs/reference/events.md).
 #pragma once
 
 #include <limits>
@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "host/scene/described_shapes.hpp"
-#include "host/scene/impact.hpp"
+#include "include/lockstep/readings.hpp"
 
 namespace lockstep {
 

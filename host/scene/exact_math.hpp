@@ -4,13 +4,11 @@
 // the run.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
-namespace lockstep {
+#include "include/lockstep/types.hpp"
 
-using Vector3 = std::array<double, 3>;
-using Quaternion = std::array<double, 4>;  // x y z w; a unit quaternion rotates body into world coordinates
+namespace lockstep {
 
 namespace exact {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/setting_table.hpp"
@@ -86,13 +87,26 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
     text.replace(at, from.size(), to);
 }
 
-// What a row means, in the words of a page that need not name itself.
-std::string meaning_in_manual(const SettingInfo& row) {
-  std::string text = row.meaning;
-  replace_all(text, " (docs/scene_format.md)", ", see below");
+// In the words of a page that need not name itself.
+std::string in_manual(std::string text) {
+  replace_all(text, " (docs/reference/settings.md)", ", see below");
   replace_all(text, "(docs/", "(`docs/");
   replace_all(text, ".md)", ".md`)");
   return text;
+}
+
+std::string meaning_in_manual(const SettingInfo& row) { return in_manual(row.meaning); }
+
+// An entry of a list, in lines of at most 120 characters.
+std::string entry(const std::string& text) {
+  std::istringstream words(text);
+  std::string lines, line = "-";
+  for (std::string word; words >> word; line += " " + word) {
+    if (line.size() + 1 + word.size() <= 120) continue;
+    lines += line + "\n";
+    line = " ";
+  }
+  return lines + line + "\n";
 }
 
 std::string description(const SettingInfo& row) {
@@ -141,43 +155,43 @@ std::string types_schema(const Names& names) {
 }  // namespace
 
 std::string settings_manual() {
-  std::string text = "| key | type, unit | unless given | meaning |\n|---|---|---|---|\n";
+  std::string text;
   for (const SettingInfo* row : ordered_rows())
-    text += fmt::format("| `{}` | {} | {} | {} |\n", row->name, type_text(*row), initial_text(*row),
-                        meaning_in_manual(*row));
+    text += entry(fmt::format("`{}` ({}; unless given: {}): {}", row->name, type_text(*row), initial_text(*row),
+                              meaning_in_manual(*row)));
   return text;
 }
 
 std::string solvers_manual() {
-  std::string text = "| solver | sub-steps | iterations | what it does | use it for |\n|---|---|---|---|---|\n";
+  std::string text;
   for (const SolverInfo& solver : solver_infos)
     if (!solver.is_oracle)
-      text += fmt::format("| `{}` | {} | {} | {} | {} |\n", solver.name, solver.substeps, solver.iterations,
-                          solver.what, solver.use);
+      text += entry(fmt::format("`{}` (sub-steps: {}; iterations: {}): {}. Use it for: {}", solver.name,
+                                solver.substeps, solver.iterations, in_manual(solver.what), in_manual(solver.use)));
   return text;
 }
 
 std::string oracles_manual() {
-  std::string text = "| oracle | what it does |\n|---|---|\n";
+  std::string text;
   for (const SolverInfo& solver : solver_infos)
-    if (solver.is_oracle) text += fmt::format("| `{}` | {} |\n", solver.name, solver.what);
+    if (solver.is_oracle) text += entry(fmt::format("`{}`: {}", solver.name, in_manual(solver.what)));
   return text;
 }
 
 std::string shapes_manual() {
-  std::string text = "| `type` | keys | what it is |\n|---|---|---|\n";
+  std::string text;
   for (const ShapeKindInfo& kind : shape_kind_infos) {
     std::string keys;
     for (const auto& [key, bit] : shape_keys)
-      if (((kind.needs | kind.may) & bit) != 0) keys += fmt::format("{}`{}`", keys.empty() ? "" : ", ", key);
-    text += fmt::format("| `{}` | {} | {} |\n", kind.name, keys, kind.meaning);
+      if (((kind.needs | kind.may) & bit) != 0) keys += fmt::format("{}`{}`", keys.empty() ? " (" : ", ", key);
+    text += entry(fmt::format("`{}`{}: {}", kind.name, keys.empty() ? keys : keys + ")", kind.meaning));
   }
   return text;
 }
 
 std::string joints_manual() {
-  std::string text = "| `type` | what is left free |\n|---|---|\n";
-  for (const JointKindInfo& kind : joint_kind_infos) text += fmt::format("| `{}` | {} |\n", kind.name, kind.leaves);
+  std::string text;
+  for (const JointKindInfo& kind : joint_kind_infos) text += entry(fmt::format("`{}`: {}", kind.name, kind.leaves));
   return text;
 }
 

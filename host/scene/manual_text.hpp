@@ -5,7 +5,7 @@
 
 namespace lockstep {
 
-/// Tables of docs/scene_format.md.
+/// Tables of docs/reference/scene_format.md.
 std::string settings_manual();
 std::string solvers_manual();
 std::string oracles_manual();

@@ -1,5 +1,5 @@
-// Robots and scenes from MJCF files (mujoco.readthedocs.io, "XML Reference"); docs/formats.md says what is read and
-// what is not.
+// Robots and scenes from MJCF files (mujoco.readthedocs.io, "XML Reference"); docs/reference/formats.md says what is
+// read and what is not.
 #pragma once
 
 #include <string>

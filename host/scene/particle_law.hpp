@@ -1,4 +1,4 @@
-// What particles push with, and the longest time step that it bears (docs/particles.md).
+// What particles push with, and the longest time step that it bears (docs/theory/particles.md).
 #pragma once
 
 #include "host/scene/rounding.hpp"

@@ -1,5 +1,5 @@
-// Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it, or a robot alone (.urdf,
-// .xml; docs/formats.md).
+// Scene files: JSON as docs/reference/scene_format.md and scenes/scene.schema.json describe it, or a robot alone
+// (.urdf, .xml; docs/reference/formats.md).
 #pragma once
 
 #include <string>

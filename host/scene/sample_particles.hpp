@@ -1,5 +1,5 @@
 // Bodies as particles: spheres of one radius that lie within a solid and touch its surface. In exact arithmetic
-// (exact_math.hpp), so that every compiler finds the same ones in the same order. docs/particles.md says how.
+// (exact_math.hpp), so that every compiler finds the same ones in the same order. docs/theory/particles.md says how.
 #pragma once
 
 #include <map>

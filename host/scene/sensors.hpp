@@ -1,4 +1,4 @@
-// The sensors of a scene (docs/forces.md).
+// The sensors of a scene (docs/reference/forces.md).
 #pragma once
 
 #include <span>

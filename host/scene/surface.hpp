@@ -32,11 +32,6 @@ struct Surface {
   std::vector<SurfaceEdge> edges;  // those that are FACET_EDGE_STORED
 };
 
-/// The surface of a mesh, which may have an edge; vertices at one position are made one. Where it is none (no
-/// triangles, too many, one without area, more than two at an edge or two turned against each other) `flaw` says why,
-/// with a place, and what to do. All vertices must be finite.
-std::shared_ptr<const Surface> make_surface(TriangleMesh mesh, std::string& flaw);
-
 /// Of a facet: unit, out of the solid.
 Vector3 normal_of_facet(const Surface& surface, u32 facet);
 
@@ -61,11 +56,6 @@ std::size_t simulated_shapes(const BodyDescription& body);
 
 /// The description of the one that is simulated as number `shape` of a body.
 const ShapeDescription& description_of(const BodyDescription& body, u32 shape);
-
-/// Heights of a grid, row by row along y and along x within a row, `spacing` m apart, about the middle of the grid.
-/// Each cell is two triangles that meet at the diagonal from its corner of least x and y. At least two rows of two, all
-/// of one length.
-TriangleMesh height_field(const std::vector<std::vector<double>>& rows, double spacing);
 
 /// How many triangles a grid of so many heights is.
 std::size_t triangles_of_grid(std::size_t rows, std::size_t columns);

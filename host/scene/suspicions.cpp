@@ -298,7 +298,7 @@ class Suspicions {
   }
 
   // Sweeps carry a heavy body on a light one slowly: the error shrinks by a share of about the ratio. That of small
-  // steps does by the square of their number (docs/solvers.md), and oracles sweep until it has gone.
+  // steps does by the square of their number (docs/theory/solvers.md), and oracles sweep until it has gone.
   void look_at_masses() {
     const Settings& settings = scene_.settings;
     if (is_oracle(settings.solver)) return;

@@ -1,6 +1,6 @@
 // What looks like a mistake in a scene that can be simulated: sizes in millimetres, bodies that start inside each
 // other, a quaternion with w first. Each is said in a line with its cure; none is an error
-// (docs/when_it_looks_wrong.md).
+// (docs/how_to/when_it_looks_wrong.md).
 #pragma once
 
 #include <span>

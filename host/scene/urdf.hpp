@@ -1,4 +1,4 @@
-// Robots from URDF files (wiki.ros.org/urdf/XML); docs/formats.md says what is read and what is not.
+// Robots from URDF files (wiki.ros.org/urdf/XML); docs/reference/formats.md says what is read and what is not.
 #pragma once
 
 #include <string>

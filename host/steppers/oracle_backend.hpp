@@ -1,4 +1,4 @@
-// The reference with an oracle in the place of its sweeps: step-level truth (docs/solvers_oracle.md).
+// The reference with an oracle in the place of its sweeps: step-level truth (docs/theory/oracles.md).
 #pragma once
 
 #include "host/backends/reference_backend.hpp"

@@ -48,7 +48,7 @@ std::string oracle_descriptions() {
          "  reduced_pyramid_NAME  the same with friction pyramids (Model-DCA-LCP); also as mixed problems with "
          "velocities\n"
          "                      of some bodies, by reduced_mlcp1_fischer_newton and reduced_mlcp2_fischer_newton\n"
-         "docs/solvers_oracle.md and docs/lcp.md say which one when.\n";
+         "docs/theory/oracles.md and docs/theory/lcp.md say which one when.\n";
 }
 
 }  // namespace lockstep

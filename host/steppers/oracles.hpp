@@ -1,4 +1,4 @@
-// All that can take the place of the sweeps, by name (docs/solvers_oracle.md).
+// All that can take the place of the sweeps, by name (docs/theory/oracles.md).
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // The reference with articulated bodies in reduced coordinates in the place of joints that are solved and closed
-// (docs/solvers_oracle.md).
+// (docs/theory/oracles.md).
 #pragma once
 
 #include <memory>

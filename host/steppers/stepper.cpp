@@ -20,7 +20,7 @@ StepTarget target_of(const std::string& device, const DeviceOptions& options, co
 namespace {
 
 // Up to this many bodies, shapes, joints and particles the reference steps about as fast as a device, and nothing is
-// built for it (docs/performance.md).
+// built for it (docs/lab/performance.md).
 constexpr u32 items_of_reference = 16;
 
 // Whether nobody asks for the device, or for how it runs.
@@ -47,7 +47,8 @@ Stepper<real> stepper_of(State&& state, const StepTarget& target) {
   }
   if (is_for_reference(state.sizes, target))
     return {std::make_unique<ReferenceBackend<real>>(std::forward<State>(state), target.options.profile), nothing};
-  if (may_take_reference(target) && !has_built(state, *target.device, target.options))
+  if (may_take_reference(target) && !target.options.waits_for_kernels &&
+      !has_built(state, *target.device, target.options))
     return {std::make_unique<StartingBackend<real>>(state, *target.device, target.options), nothing};
   auto backend = std::make_unique<DeviceBackend<real>>(std::forward<State>(state), *target.device, target.options);
   const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {

@@ -14,9 +14,9 @@
 namespace lockstep {
 
 /// Gives the contacts and joints of a system the impulses that the solver finds, and its bodies their velocities.
-/// Returns how it went; the residual is in the measure of the model that was solved: docs/error_measures.md has that of
-/// cones, lcp/lcp.hpp that of the others. Throws Error (input) that starts with `where` for a system that is too large,
-/// and for what the model does not have.
+/// Returns how it went; the residual is in the measure of the model that was solved: docs/reference/error_measures.md
+/// has that of cones, lcp/lcp.hpp that of the others. Throws Error (input) that starts with `where` for a system that
+/// is too large, and for what the model does not have.
 using SystemSolver =
     std::function<oracle::SolveReport(ContactSystem& system, const oracle::SolveLimits&, const std::string& where)>;
 

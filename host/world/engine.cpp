@@ -47,7 +47,8 @@ void store(const Vector3& from, real* to) {
 template <class real>
 class EngineOf final : public Engine {
  public:
-  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const IndexMap& index_map)
+  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const IndexMap& index_map,
+           bool waits_for_kernels)
       : constants_(compile<real>(scene)), dt_(scene.settings.dt) {
     if (before) {
       Backend<real>& backend = before->simulation_->backend();
@@ -57,6 +58,7 @@ class EngineOf final : public Engine {
     support_ = constants_.buffers.loads;
     DeviceOptions device_options;
     device_options.threads = options.threads;
+    device_options.waits_for_kernels = waits_for_kernels;
     if (!options.quiet) device_options.tell_building = tell_on_terminal;
     if (has(constants_.features, Feature::contacts)) described_ = DescribedShapes({&scene, 1});
     if (has(constants_.features, Feature::events)) groups_ = EventGroups({&scene, 1});
@@ -421,10 +423,12 @@ Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) 
 }  // namespace
 
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
-                                    const IndexMap& index_map) {
+                                    const IndexMap& index_map, bool waits_for_kernels) {
   if (precision_of(scene.settings) == "double")
-    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), index_map);
-  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), index_map);
+    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), index_map,
+                                              waits_for_kernels);
+  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), index_map,
+                                           waits_for_kernels);
 }
 
 }  // namespace lockstep

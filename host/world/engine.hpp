@@ -80,8 +80,8 @@ class Engine {
   virtual void drive_joints(std::span<const JointDescription> joints) = 0;
   /// What pulls from now on, m/s^2.
   virtual void set_gravity(const Vector3& gravity) = 0;
-  /// Records the steps from now on, with what is done to bodies, and on request with forces (docs/recordings.md).
-  /// Throws Error (device) where the file cannot be written.
+  /// Records the steps from now on, with what is done to bodies, and on request with forces
+  /// (docs/how_to/record_and_verify.md). Throws Error (device) where the file cannot be written.
   virtual void record(const std::string& path, const Scene& scene, bool forces) = 0;
   /// Closes the recording, if there is one.
   virtual void end_recording() = 0;
@@ -104,8 +104,9 @@ class Engine {
   virtual Twist velocity_between(const Pose& current, const Pose& target) const = 0;
 };
 
-/// A new one; what `before` knows of the bodies that stay lives on (host/world/migrate_state.hpp).
+/// A new one; what `before` knows of the bodies that stay lives on (host/world/migrate_state.hpp). One that waits for
+/// kernels never begins on the reference while a device builds its own.
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
-                                    const IndexMap& index_map);
+                                    const IndexMap& index_map, bool waits_for_kernels = false);
 
 }  // namespace lockstep

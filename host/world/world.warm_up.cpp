@@ -6,7 +6,7 @@ namespace lockstep {
 
 // The first step is planned by what lists can hold, those after it by what the first one had in them.
 void World::Impl::warm_up(const Scene& like, bool questions) {
-  const std::unique_ptr<Engine> other = make_engine(like, options, engine.get(), index_map);
+  const std::unique_ptr<Engine> other = make_engine(like, options, engine.get(), index_map, true);
   try {
     for (int step = 0; step < 2; ++step) other->step(namer());
   } catch (const Error& error) {

@@ -1,9 +1,10 @@
 // Lockstep as a library: a world of rigid bodies that a program builds, steps, looks at and acts upon
-// (docs/library.md). SI units, z up, quaternions x y z w. Everything is deterministic: the same calls in the same order
-// give the same bits on every device, and by an oracle (docs/solvers_oracle.md) in one build on one machine. Whatever
-// goes wrong is an Error with one line that says where and what would cure it.
+// (docs/tutorials/library.md). SI units, z up, quaternions x y z w. Everything is deterministic: the same calls in the
+// same order give the same bits on every device, and by an oracle (docs/theory/oracles.md) in one build on one machine.
+// Whatever goes wrong is an Error with one line that says where and what would cure it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,13 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "host/error.hpp"
-#include "host/scene/impact.hpp"
-#include "host/scene/scene.hpp"
-#include "host/scene/solid_body.hpp"
-#include "host/scene/surface.hpp"
-#include "host/unsolved.hpp"
-#include "host/verdict.hpp"
+#include "error.hpp"
+#include "readings.hpp"
+#include "scene.hpp"
+#include "settings.hpp"
+#include "types.hpp"
+#include "verdict.hpp"
 
 namespace lockstep {
 
@@ -57,7 +57,7 @@ struct Wrench {
 
 /// A point at which two bodies touched, or could have, in the last step. Its impulse is the sum of its sub-steps, of
 /// bodies that sleep that many times what they last carried in one; with the setting `forces` "substep" it is that of
-/// the last sub-step (docs/forces.md).
+/// the last sub-step (docs/reference/forces.md).
 struct BodyContact {
   BodyHandle a, b;
   u32 shape_a, shape_b;                                 // by their indices in the bodies' descriptions
@@ -100,7 +100,7 @@ struct BodyHit {
 
 /// How a joint stands, and what it does. World frame; forces are the mean of the last step, 0 before the first. Those
 /// of the last sub-step are told with the setting `forces` "substep", of joints that sleep, and where bodies or joints
-/// have come, gone or changed since the step (docs/forces.md).
+/// have come, gone or changed since the step (docs/reference/forces.md).
 struct JointState {
   // angle of a hinge, planar, universal (first arm) or screw joint, with its revolutions, rad; travel of a slider or
   // cylindrical joint or length of a distance joint, m; of others 0
@@ -112,7 +112,7 @@ struct JointState {
   double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
 };
 
-/// How good the last step was, in double and outside of it; docs/error_measures.md has the formulas.
+/// How good the last step was, in double and outside of it; docs/reference/error_measures.md has the formulas.
 struct StepErrors {
   double kinetic = 0, potential = 0;                    // J, of the dynamic bodies; -m g . x, and of joints' springs
   Vector3 momentum = {0, 0, 0};                         // kg m/s
@@ -140,8 +140,9 @@ struct Expected {
 
 /// What a world computes on.
 struct WorldDevice {
-  std::string name;       // as `lockstep devices` has it, or "reference"
-  bool bit_exact = true;  // its bits are those of every other device, by what the canary found (docs/bit_exactness.md)
+  std::string name;  // as `lockstep devices` has it, or "reference"
+  bool bit_exact =
+      true;  // its bits are those of every other device, by what the canary found (docs/theory/bit_exactness.md)
   std::string canary = "bit-exact";  // the same in words, with the first thing that differs
 };
 
@@ -222,9 +223,10 @@ class World {
   /// (input) for a joint that makes no sense.
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
-  /// Drives the free angle, travel or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a,
-  /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
-  /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
+  /// Drives the free angle, travel or distance of a joint (docs/reference/scene_format.md) from now on: `speed` of b
+  /// against a, rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the
+  /// next step. Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes
+  /// no sense.
   void set_motor(JointHandle joint, double speed, double force);
   /// Moves where the spring of a joint rests, m or rad from where its coordinate is 0: the target of a servo. Takes
   /// effect with the next step, and wakes what the joint holds. Throws Error (input) for a joint without a spring.
@@ -265,8 +267,8 @@ class World {
   /// The same of a rule for a pair of materials, the one that there is or a new one.
   void set_material_pair(const MaterialPairRule& rule);
   double speed_limit() const;  // m/s
-  /// Bodies that are faster end the run (docs/scene_format.md). Costs as adding a body does. Throws Error (input) where
-  /// it is not above 0.
+  /// Bodies that are faster end the run (docs/reference/scene_format.md). Costs as adding a body does. Throws Error
+  /// (input) where it is not above 0.
   void set_speed_limit(double speed);
 
   // ---- time
@@ -290,8 +292,8 @@ class World {
   std::span<const Twist> velocities();
   Pose pose(BodyHandle body);
   Twist velocity(BodyHandle body);
-  /// Whether a dynamic body sleeps (docs/sleeping.md); never where the scene's settings do not ask for sleeping. What
-  /// is done to a body, and what is done to those that touch it, wakes it with the next step.
+  /// Whether a dynamic body sleeps (docs/how_to/let_bodies_sleep.md); never where the scene's settings do not ask for
+  /// sleeping. What is done to a body, and what is done to those that touch it, wakes it with the next step.
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
@@ -303,14 +305,15 @@ class World {
   /// mechanics does not say how they share the load, and what contacts() tells depends on the solver. Of all r_i in the
   /// cones of friction with sum_i G_i r_i = sum_i G_i r_i(reported), G_i being force and moment on each dynamic body,
   /// that with the least sum_i |r_i|^2, to 1e-9: unique, and as symmetric as the contacts are. The formula, and what
-  /// counts as a contact that can carry: docs/forces.md. Computed on the host in double; changes nothing.
+  /// counts as a contact that can carry: docs/reference/forces.md. Computed on the host in double; changes nothing.
   std::vector<BodyContact> least_norm_contacts();
   /// What the sensors of the scene read of the last step, in their order. Those of bodies and joints that were removed
   /// are gone with them.
   std::vector<SensorReading> sensors();
   /// One of them by its name. Throws Error (input) where there is none, or its body or joint was removed.
   SensorReading sensor(const std::string& name);
-  /// Of the last step; asked for by the scene's settings `events` and `impact_speed` or by a trigger (docs/events.md).
+  /// Of the last step; asked for by the scene's settings `events` and `impact_speed` or by a trigger
+  /// (docs/reference/events.md).
   std::span<const BodyEvent> events();
   /// The bits of categories of shapes, by their names in the scene, for the masks of questions. They are those of
   /// Scene::categories, from the lowest on. Throws Error (input) for a name that is not among them.
@@ -327,16 +330,17 @@ class World {
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
   StepErrors errors();
-  /// What has been left unsolved so far, by an oracle (docs/solvers_oracle.md) or by sweeps that a tolerance did not
+  /// What has been left unsolved so far, by an oracle (docs/theory/oracles.md) or by sweeps that a tolerance did not
   /// end: step() does not throw for that. A solver that is to make so many sweeps leaves nothing unsolved. A step that
   /// failed counts once, as bad.
   Unsolved unsolved() const;
-  /// Of all steps so far and the state as it is, by the bounds of the scene's settings (docs/error_measures.md). Energy
-  /// that bodies have by what is done to them between steps is no gain; once loads act, kinematic bodies are moved or
-  /// motors of unbounded force run it is not judged.
+  /// Of all steps so far and the state as it is, by the bounds of the scene's settings
+  /// (docs/reference/error_measures.md). Energy that bodies have by what is done to them between steps is no gain; once
+  /// loads act, kinematic bodies are moved or motors of unbounded force run it is not judged.
   Verdict verdict();
-  /// What looks like a mistake in the world as it starts, a line each with its cure (docs/when_it_looks_wrong.md):
-  /// sizes in millimetres, bodies inside each other, a quaternion with w first. Nothing once it has been stepped.
+  /// What looks like a mistake in the world as it starts, a line each with its cure
+  /// (docs/how_to/when_it_looks_wrong.md): sizes in millimetres, bodies inside each other, a quaternion with w first.
+  /// Nothing once it has been stepped.
   std::vector<std::string> suspicions();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
@@ -350,15 +354,15 @@ class World {
   /// Goes back, or forth, to it: bodies and joints that have come or gone are as they were, handles of then good again,
   /// and the same calls give the same bits. Handles of what has come since are good for nobody, and never given again.
   /// contacts(), events() and verdict() are those of then; errors() are of no contacts until the next step. Files are
-  /// left alone: a recording goes on, and notes it (docs/recordings.md). Also after a step has failed. Throws Error
-  /// (input) for a snapshot of another world or of nothing.
+  /// left alone: a recording goes on, and notes it (docs/how_to/record_and_verify.md). Also after a step has failed.
+  /// Throws Error (input) for a snapshot of another world or of nothing.
   void restore(const Snapshot& snapshot);
 
   /// Records every step from now on, with what is done to bodies, motors and gravity, into a file of HDF5 that
-  /// `lockstep verify` replays on any device and `lockstep render` draws (docs/recordings.md). A file is of the same
-  /// bodies and joints throughout: after some have come, gone or changed, and from the first force on, run.h5 goes on
-  /// in run.2.h5, ... Replaces recordings of these names, and ends the one that goes on. Throws Error (input) where a
-  /// file of another kind is in the way; where the disk does not take it, step() throws Error (device).
+  /// `lockstep verify` replays on any device and `lockstep render` draws (docs/how_to/record_and_verify.md). A file is
+  /// of the same bodies and joints throughout: after some have come, gone or changed, and from the first force on,
+  /// run.h5 goes on in run.2.h5, ... Replaces recordings of these names, and ends the one that goes on. Throws Error
+  /// (input) where a file of another kind is in the way; where the disk does not take it, step() throws Error (device).
   void record(const std::string& path, RecordedData data = RecordedData::motion);
   /// Closes the recording, as the end of the world does. Throws Error (device) where that fails.
   void end_recording();

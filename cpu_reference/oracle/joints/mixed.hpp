@@ -63,8 +63,8 @@ class MixedSweeps {
   MixedSweeps(const MixedProblem& problem, const MixedSolver& solver, MixedImpulses start);
   ~MixedSweeps();
 
-  /// Goes on to the residual of docs/error_measures.md, and stands at the best that it saw. Velocities are measured
-  /// against those that the problem had at the start.
+  /// Goes on to the residual of docs/reference/error_measures.md, and stands at the best that it saw. Velocities are
+  /// measured against those that the problem had at the start.
   SolveReport run(const SolveLimits& limits);
 
   const MixedImpulses& impulses() const;

@@ -56,8 +56,8 @@ class MixedState {
   /// Impulses, and velocities with them.
   void set(const MixedImpulses& x);
 
-  /// That of docs/error_measures.md, but that a defect counts as none which is within some roundings of the load, 7e-15
-  /// of it. However large impulses are, what they leave undone counts.
+  /// That of docs/reference/error_measures.md, but that a defect counts as none which is within some roundings of the
+  /// load, 7e-15 of it. However large impulses are, what they leave undone counts.
   double residual() const;
   const MixedImpulses& impulses() const { return x_; }
   const Eigen::VectorXd& velocity() const { return v_; }

@@ -1,6 +1,6 @@
 // Linear complementarity problems, plain and boxed, and how far a vector is from solving one. Dense, in double.
 // Theory: Cottle, Pang, Stone, "The Linear Complementarity Problem" (1992); Murty, "Linear Complementarity, Linear and
-// Nonlinear Programming" (1988). docs/lcp.md says which solver to take.
+// Nonlinear Programming" (1988). docs/theory/lcp.md says which solver to take.
 #pragma once
 
 #include <Eigen/Core>

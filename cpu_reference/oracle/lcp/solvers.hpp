@@ -1,4 +1,4 @@
-// All solvers of linear complementarity problems, one file each. docs/lcp.md says which one when.
+// All solvers of linear complementarity problems, one file each. docs/theory/lcp.md says which one when.
 #pragma once
 
 #include <span>

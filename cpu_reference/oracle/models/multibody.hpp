@@ -75,8 +75,8 @@ class Rows {
 Eigen::Matrix<double, 3, 2> tangents(const Vector3d& normal);
 
 /// The joints' rows J_b eliminated: A = W - W_b G^-1 W_b^T and their impulses, with G = J_b M^-1 J_b^T. This is what
-/// Model-LCP's F - B D^-1 C comes to (docs/lcp.md). Throws Error where G has not full rank: a closed loop, or a row
-/// that says nothing new.
+/// Model-LCP's F - B D^-1 C comes to (docs/theory/lcp.md). Throws Error where G has not full rank: a closed loop, or a
+/// row that says nothing new.
 class JointElimination {
  public:
   JointElimination(const Rows& rows, const Multibody& system);
