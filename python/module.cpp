@@ -2,7 +2,8 @@
 #include "host/device/devices.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
-#include "python/bindings.hpp"
+#include "python/argument_errors.hpp"
+#include "python/long_call.hpp"
 
 namespace lockstep::python {
 
@@ -72,9 +73,12 @@ py::dict solvers() {
 }
 
 std::vector<std::string> devices() {
-  std::vector<std::string> names;
-  for (const DeviceInfo& device : list_devices()) names.push_back(device.name);
-  return names;
+  std::shared_ptr<LongCall> pending;
+  return run_long(pending, [] {
+    std::vector<std::string> names;
+    for (const DeviceInfo& device : list_devices()) names.push_back(device.name);
+    return names;
+  });
 }
 
 }  // namespace
@@ -103,5 +107,6 @@ PYBIND11_MODULE(_lockstep, module) {
              "Names of the OpenCL devices here, by their index; without any there is 'reference'.");
   add_records(module);
   add_world(module);
+  tell_argument_errors_in_one_line(module);
   module.attr("__name__") = name;
 }

@@ -6,6 +6,7 @@
 #include "host/sensor.hpp"
 #include "host/stop.hpp"
 #include "python/bindings.hpp"
+#include "python/shared_world.hpp"
 
 namespace lockstep::python {
 
@@ -220,9 +221,10 @@ void add_records(py::module_& module) {
       .def("__str__", [](const Verdict& v) { return in_words(v); })
       .def("__repr__", [](const Verdict& v) { return fmt::format("<lockstep.Verdict {}>", in_words(v)); });
 
-  py::class_<Snapshot>(module, "Snapshot",
-                       "A World as it was at some time, in memory, on the device where it is (World.save()). It may be "
-                       "kept as\nlong as one likes, and its world may go before it.")
+  py::class_<Snapshot, std::unique_ptr<Snapshot, DeletedWhereMade>>(
+      module, "Snapshot", with_collected_loads<Snapshot>(),
+      "A World as it was at some time, in memory, on the device where it is (World.save()). It may be "
+      "kept as\nlong as one likes, and its world may go before it.")
       .def_property_readonly("steps_done", &Snapshot::steps_done, "Of the world, when it was made.")
       .def_property_readonly("time", &Snapshot::time, "The same, s.")
       .def("__repr__", [](const Snapshot& snapshot) {

@@ -1,14 +1,15 @@
 // A world as Python has it: the library's, the names that its bodies use, and a guard against two threads.
 #pragma once
 
-#include <algorithm>
+#include <unistd.h>
+
 #include <chrono>
 #include <utility>
 #include <variant>
 
 #include "host/scene/categories.hpp"
 #include "host/scene/read.hpp"
-#include "python/bindings.hpp"
+#include "python/python_load.hpp"
 
 namespace lockstep::python {
 
@@ -22,40 +23,51 @@ inline void warn(const std::string& source, const std::vector<std::string>& line
 /// Of a question, as Python gives it.
 using Mask = std::variant<u32, std::string, std::vector<std::string>>;
 
+/// What belongs to the process that made it: a child of fork() lets it be, for the threads of drivers and of recordings
+/// are not there.
+struct DeletedWhereMade {
+  pid_t process = getpid();
+  template <class T>
+  void operator()(T* object) const {
+    if (process == getpid()) delete object;
+  }
+};
+
 class SharedWorld {
  public:
-  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options), source_(scene.source) {
-    words_.materials = scene.materials;
-    words_.categories = scene.categories;
-    words_.particles = scene.particles;
+  /// Of a scene as `read` gives it; others run meanwhile.
+  SharedWorld(std::function<Scene()> read, const WorldOptions& options);
+  SharedWorld(const SharedWorld&) = delete;
+  SharedWorld& operator=(const SharedWorld&) = delete;
+  ~SharedWorld();
+
+  /// Throws Error (input) while it is stepped: by another thread, or from a load that is asked for by step(); and in a
+  /// child of the process that made it. Waits for a call that Ctrl-C took back, and throws what that threw.
+  World& use();
+  /// The same, made anew where bodies or joints have come, gone or changed, which may take long.
+  World& use_ready();
+
+  /// What `question` gives, which may take long. It has all that it needs, for it may go on after Ctrl-C.
+  template <class Question>
+  auto ask(Question question) {
+    use();
+    const Busy busy(is_busy_);
+    return run_long(pending_, [world = world_, question = std::move(question)]() mutable { return question(*world); });
   }
 
-  /// Throws Error (input) while it is stepped: by another thread, or from a load that is asked for by step().
-  World& use() {
-    if (stepping_) throw Error(Failure::input, "world", "is being stepped; ask and act between two steps");
-    return world_;
-  }
+  /// Other Python threads run meanwhile. What a signal raises, as Ctrl-C does KeyboardInterrupt, is raised at once: a
+  /// step that has begun is made, and whatever is asked of the world next waits for it.
+  void step(u32 count);
 
-  /// Other Python threads run meanwhile. What a signal raises, as Ctrl-C does KeyboardInterrupt, is raised between two
-  /// steps: the world is as after the last one that was made.
-  void step(u32 count) {
-    using Clock = std::chrono::steady_clock;
-    constexpr std::chrono::milliseconds between_looks{50};
-    World& world = use();
-    if (count > 0 && !std::exchange(is_looked_at_, true)) warn(source_, world.suspicions(), PyExc_UserWarning);
-    const Stepping stepping(stepping_);
-    const py::gil_scoped_release released;
-    u32 at_once = 1;
-    for (u32 done = 0; done < count;) {
-      const Clock::time_point start = Clock::now();
-      const u32 next = std::min(at_once, count - done);
-      world.step(next);
-      done += next;
-      if (2 * (Clock::now() - start) < between_looks) at_once = std::min(2 * at_once, 1u << 20);
-      if (done == count) return;
-      const py::gil_scoped_acquire lock;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    }
+  /// Ends what it records; of a world that is stepped nothing.
+  static void end_recordings();
+  /// Of the process that a fork() was made in.
+  static void forget_worlds();
+
+  friend const auto& loads_of(const SharedWorld& shared) { return shared.world_->loads(); }
+  // of one that a step goes on with it is done another time
+  friend void clear_loads(SharedWorld& shared) {
+    if (!shared.is_busy_ && !(shared.pending_ && shared.pending_->goes_on())) shared.world_->clear_loads();
   }
 
   BodyHandle add_body(const py::object& body) { return use().add(described(body, "body")); }
@@ -88,10 +100,7 @@ class SharedWorld {
     Expected expected = {forces, questions, {}};
     for (const py::handle& body : bodies)
       expected.bodies.push_back(described(py::reinterpret_borrow<py::object>(body), "body"));
-    World& world = use();
-    const Stepping stepping(stepping_);
-    const py::gil_scoped_release released;
-    world.warm_up(expected);
+    ask([expected](World& world) { world.warm_up(expected); });
   }
 
  private:
@@ -106,20 +115,29 @@ class SharedWorld {
   }
 
   // Set and unset by who has Python's lock.
-  struct Stepping {
-    explicit Stepping(bool& flag) : flag_(flag) { flag_ = true; }
-    ~Stepping() { flag_ = false; }
+  struct Busy {
+    explicit Busy(bool& flag) : flag_(flag) { flag_ = true; }
+    Busy(const Busy&) = delete;
+    Busy& operator=(const Busy&) = delete;
+    ~Busy() { flag_ = false; }
     bool& flag_;
   };
 
-  World world_;
-  const std::string source_;
+  using Clock = std::chrono::steady_clock;
+  void note_steps(u32 count, Clock::duration took);
+  void make_long_steps(u32 count);
+
+  const pid_t process_ = getpid();
+  std::shared_ptr<World> world_;       // which work that goes on has too
+  std::shared_ptr<LongCall> pending_;  // what goes on
+  std::string source_;
   bool is_looked_at_ = false;  // for what looks like a mistake: before the first step
   Scene words_;                // of materials and categories; has no bodies
-  bool stepping_ = false;
+  bool is_busy_ = false;
+  u32 quick_steps_ = 0;  // since the last one that took long, as those do that build kernels
 };
 
-using WorldClass = py::class_<SharedWorld>;
+using WorldClass = py::class_<SharedWorld, std::unique_ptr<SharedWorld, DeletedWhereMade>>;
 
 /// Each adds its part of the class.
 void add_questions(WorldClass& world);

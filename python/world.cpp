@@ -3,7 +3,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "host/scene/joint_kinds.hpp"
-#include "host/scene/read_robots.hpp"
 #include "python/shared_world.hpp"
 
 namespace lockstep::python {
@@ -13,12 +12,6 @@ namespace {
 WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads, const std::string& solver,
                         bool quiet) {
   return {py::str(device).cast<std::string>(), precision, threads, solver, quiet};
-}
-
-// What a robot's file has and is left out is no key that is called otherwise.
-Scene warned(Scene scene) {
-  warn(scene.source, scene.notes, is_robot(scene.source) ? PyExc_UserWarning : PyExc_DeprecationWarning);
-  return scene;
 }
 
 template <class Handle>
@@ -51,9 +44,11 @@ void add_making(WorldClass& world) {
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
                       const std::string& solver, const std::string& source, u32 seed, bool quiet, bool strict,
                       bool approximate) {
-            return std::make_unique<SharedWorld>(
-                warned(parse_scene(json_text(scene, source), source, seed, {strict, approximate})),
-                options_of(device, precision, threads, solver, quiet));
+            return std::unique_ptr<SharedWorld, DeletedWhereMade>(new SharedWorld(
+                [text = json_text(scene, source), source, seed, strict, approximate] {
+                  return parse_scene(text, source, seed, {strict, approximate});
+                },
+                options_of(device, precision, threads, solver, quiet)));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("source") = "scene.json", py::arg("seed") = 0,
@@ -74,9 +69,11 @@ void add_making(WorldClass& world) {
           [](const std::filesystem::path& path_or_name, const py::object& device, const std::string& precision,
              u32 threads, const std::string& solver, u32 seed, bool quiet, bool strict, bool approximate,
              const std::map<std::string, std::string>& packages, const std::string& keyframe) {
-            return std::make_unique<SharedWorld>(
-                warned(read_scene(path_or_name.string(), seed, {strict, approximate, packages, keyframe})),
-                options_of(device, precision, threads, solver, quiet));
+            return std::unique_ptr<SharedWorld, DeletedWhereMade>(new SharedWorld(
+                [path = path_or_name.string(), seed, strict, approximate, packages, keyframe] {
+                  return read_scene(path, seed, {strict, approximate, packages, keyframe});
+                },
+                options_of(device, precision, threads, solver, quiet)));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
           py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0, py::arg("quiet") = false,
@@ -89,7 +86,7 @@ void add_making(WorldClass& world) {
           "simulated; packages has the folders of package://NAME by name; keyframe names the <key> of an MJCF\n"
           "file, or has the number of one without a name, that joints start at and servos want.")
       .def_property_readonly(
-          "device", [](SharedWorld& shared) { return shared.use().device(); },
+          "device", [](SharedWorld& shared) { return shared.ask([](World& of) { return of.device(); }); },
           "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");
 }
 
@@ -167,7 +164,7 @@ void add_joints(WorldClass& world) {
           },
           py::arg("joint"), "'ball', 'hinge' and so on, as in a scene file.")
       .def(
-          "joint_state", [](SharedWorld& shared, JointHandle joint) { return shared.use().state(joint); },
+          "joint_state", [](SharedWorld& shared, JointHandle joint) { return shared.use_ready().state(joint); },
           py::arg("joint"), "How it stands and what it does, a JointState.")
       .def(
           "set_motor",
@@ -231,7 +228,7 @@ void add_time(WorldClass& world) {
       .def("step", &SharedWorld::step, py::arg("count") = 1,
            "So many time steps of the scene's `dt`. Other threads of Python run meanwhile. Ctrl-C raises "
            "KeyboardInterrupt\n"
-           "between two of them.")
+           "at once: a step that has begun is made, and what is asked of the world next waits for it.")
       .def_property_readonly(
           "steps_done", [](SharedWorld& shared) { return shared.use().steps_done(); }, "Steps since the beginning.")
       .def_property_readonly(
@@ -254,7 +251,7 @@ void add_time(WorldClass& world) {
           "they were never built before. Changes nothing of the world. forces: apply_force() and its like; questions:\n"
           "rays and volumes; bodies: a list of such as are going to be added, as add_body() takes them.")
       .def(
-          "save", [](SharedWorld& shared) { return shared.use().save(); },
+          "save", [](SharedWorld& shared) { return shared.use_ready().save(); },
           "The world as it is, a Snapshot: all that a checkpoint has, bodies and joints, what acts on them, what is to "
           "be\n"
           "done with the next step. In memory, on the device where it is.")
@@ -272,10 +269,10 @@ void add_time(WorldClass& world) {
           "unsolved", [](SharedWorld& shared) { return shared.use().unsolved(); },
           "What an oracle has left unsolved so far, an Unsolved; nothing of a solver that promises no residual.")
       .def_property_readonly(
-          "verdict", [](SharedWorld& shared) { return shared.use().verdict(); },
+          "verdict", [](SharedWorld& shared) { return shared.ask([](World& of) { return of.verdict(); }); },
           "How the run came out so far, a Verdict of all steps and of the state as it is.")
       .def(
-          "suspicions", [](SharedWorld& shared) { return shared.use().suspicions(); },
+          "suspicions", [](SharedWorld& shared) { return shared.ask([](World& of) { return of.suspicions(); }); },
           "What looks like a mistake in the world as it starts, a str each with its cure "
           "(docs/how_to/when_it_looks_wrong.md);\n"
           "the first step() warns of each. Nothing once it has been stepped.")
@@ -298,7 +295,8 @@ void add_time(WorldClass& world) {
 }  // namespace
 
 void add_world(py::module_& module) {
-  WorldClass world(module, "World",
+  watch_process(&SharedWorld::end_recordings, &SharedWorld::forget_worlds);
+  WorldClass world(module, "World", with_collected_loads<SharedWorld>(),
                    "A world of rigid bodies. SI units, z up, quaternions x y z w, world frame.\n\n"
                    "Arrays that it gives are copies, for what they were copied from goes with the next step; poses()\n"
                    "and velocities() can fill one of yours. One thread at a time may use a world.");

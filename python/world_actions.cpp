@@ -1,30 +1,9 @@
 // What acts on the bodies of a world.
-#include <memory>
-
 #include "python/shared_world.hpp"
 
 namespace lockstep::python {
 
 namespace {
-
-// A function of Python as a load. It is asked for, copied and let go of by threads that need not have Python's lock.
-std::function<Wrench(double)> load_of(const py::function& function) {
-  const std::shared_ptr<py::function> kept(new py::function(function), [](py::function* last) {
-    const py::gil_scoped_acquire lock;
-    delete last;
-  });
-  return [kept](double time) -> Wrench {
-    const py::gil_scoped_acquire lock;
-    const py::object result = (*kept)(time);
-    try {
-      const auto load = result.cast<std::array<double, 6>>();
-      return {{load[0], load[1], load[2]}, {load[3], load[4], load[5]}};
-    } catch (const py::cast_error&) {
-      throw Error(Failure::input, "load",
-                  "must give six numbers, force (N) and torque (N m), gives " + py::repr(result).cast<std::string>());
-    }
-  };
-}
 
 std::function<Wrench(double)> table_of(const std::vector<double>& times,
                                        const std::vector<std::array<double, 6>>& loads) {
@@ -72,7 +51,7 @@ void add_actions(WorldClass& world) {
       .def(
           "set_load",
           [](SharedWorld& shared, BodyHandle body, const std::optional<py::function>& load) {
-            shared.use().set_load(body, load ? load_of(*load) : std::function<Wrench(double)>());
+            shared.use().set_load(body, load ? PythonLoad(*load) : std::function<Wrench(double)>());
           },
           py::arg("body"), py::arg("load"),
           "What acts on a dynamic body until it is replaced, or taken away by None: a function that is given a time, "

@@ -55,7 +55,7 @@ void add_states(WorldClass& world) {
       .def(
           "poses",
           [](SharedWorld& shared, const std::optional<py::array_t<double>>& out) {
-            return fill<7>(shared.use().poses(), out);
+            return fill<7>(shared.use_ready().poses(), out);
           },
           out_argument() = py::none(),
           "Shape (n, 7): position of the centre of mass, m, and quaternion x y z w, a row for each of `bodies`. A "
@@ -64,26 +64,29 @@ void add_states(WorldClass& world) {
       .def(
           "velocities",
           [](SharedWorld& shared, const std::optional<py::array_t<double>>& out) {
-            return fill<6>(shared.use().velocities(), out);
+            return fill<6>(shared.use_ready().velocities(), out);
           },
           out_argument() = py::none(),
           "Shape (n, 6): velocity of the centre of mass, m/s, and angular velocity, rad/s, world frame. As poses().")
       .def(
-          "pose", [](SharedWorld& shared, BodyHandle body) { return to_array(row_of(shared.use().pose(body))); },
+          "pose", [](SharedWorld& shared, BodyHandle body) { return to_array(row_of(shared.use_ready().pose(body))); },
           py::arg("body"), "A row of poses(), shape (7,).")
       .def(
           "velocity",
-          [](SharedWorld& shared, BodyHandle body) { return to_array(row_of(shared.use().velocity(body))); },
+          [](SharedWorld& shared, BodyHandle body) { return to_array(row_of(shared.use_ready().velocity(body))); },
           py::arg("body"), "A row of velocities(), shape (6,).")
       .def(
-          "is_asleep", [](SharedWorld& shared, BodyHandle body) { return shared.use().is_asleep(body); },
+          "is_asleep", [](SharedWorld& shared, BodyHandle body) { return shared.use_ready().is_asleep(body); },
           py::arg("body"), "Whether a dynamic body sleeps (docs/how_to/let_bodies_sleep.md).")
       .def(
-          "state_hash", [](SharedWorld& shared) { return fmt::format("{:016x}", shared.use().state_hash()); },
+          "state_hash",
+          [](SharedWorld& shared) {
+            return fmt::format("{:016x}", shared.ask([](World& of) { return of.state_hash(); }));
+          },
           "Of everything that lives on between steps, 16 hex digits as in the report of `lockstep run`; equal where\n"
           "every bit is.")
       .def(
-          "errors", [](SharedWorld& shared) { return shared.use().errors(); },
+          "errors", [](SharedWorld& shared) { return shared.ask([](World& of) { return of.errors(); }); },
           "How good the last step was, StepErrors: energy, momentum, penetration, residual, open joints.");
 }
 
@@ -93,7 +96,7 @@ void add_questions(WorldClass& world) {
   add_states(world);
   world
       .def(
-          "contacts", [](SharedWorld& shared) { return to_array(shared.use().contacts()); },
+          "contacts", [](SharedWorld& shared) { return to_array(shared.use_ready().contacts()); },
           "Contacts of the last step, of sleepers those that they fell asleep with: an array of records with the "
           "fields a, b (ids of bodies), shape_a, shape_b (by\n"
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
@@ -105,7 +108,7 @@ void add_questions(WorldClass& world) {
       .def(
           "contact_force",
           [](SharedWorld& shared, BodyHandle body, std::optional<u32> shape) {
-            return to_array(shared.use().contact_force(body, shape));
+            return to_array(shared.use_ready().contact_force(body, shape));
           },
           py::arg("body"), py::arg("shape") = py::none(),
           "What contacts() push a body with in the step, N, shape (3,), world frame; or one of its shapes, by its\n"
@@ -113,7 +116,7 @@ void add_questions(WorldClass& world) {
       .def(
           "least_norm_contacts",
           [](SharedWorld& shared) {
-            const std::vector<BodyContact> contacts = shared.use().least_norm_contacts();
+            const std::vector<BodyContact> contacts = shared.ask([](World& of) { return of.least_norm_contacts(); });
             return to_array(std::span<const BodyContact>(contacts));
           },
           "contacts(), with the impulses of least norm that do the same: where several points carry a body, mechanics\n"
@@ -122,18 +125,20 @@ void add_questions(WorldClass& world) {
           "same force and moment as contacts(), those with the least sum of squares, to 1e-9 "
           "(docs/reference/forces.md).")
       .def(
-          "sensors", [](SharedWorld& shared) { return list_of(shared.use().sensors()); },
+          "sensors", [](SharedWorld& shared) { return list_of(shared.use_ready().sensors()); },
           "What the sensors of the scene read of the last step, a list of SensorReading in their order.")
       .def(
-          "sensor", [](SharedWorld& shared, const std::string& name) { return shared.use().sensor(name); },
+          "sensor", [](SharedWorld& shared, const std::string& name) { return shared.use_ready().sensor(name); },
           py::arg("name"), "One of sensors() by its name.")
       .def(
-          "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },
+          "events", [](SharedWorld& shared) { return list_of(shared.use_ready().events()); },
           "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a trigger.")
       .def(
           "cast_ray",
           [](SharedWorld& shared, const Vector3& origin, const Vector3& direction, double length, const Mask& mask) {
-            return shared.use().cast_ray(origin, direction, length, shared.mask_of(mask));
+            return shared.ask([origin, direction, length, bits = shared.mask_of(mask)](World& of) {
+              return of.cast_ray(origin, direction, length, bits);
+            });
           },
           py::arg("origin"), py::arg("direction"), py::arg("length") = 1e6, py::arg("mask") = Mask(0xffffffffu),
           "What a ray meets first within `length`, m: a Hit, or None. The direction need not be unit. `mask` is of\n"
@@ -147,7 +152,8 @@ void add_questions(WorldClass& world) {
       .def(
           "cast_rays",
           [](SharedWorld& shared, const Vectors& origins, const Vectors& directions, double length, const Mask& mask) {
-            const auto hits = shared.use().cast_rays(rays_of(origins, directions, length, shared.mask_of(mask)));
+            const auto hits = shared.ask([rays = rays_of(origins, directions, length, shared.mask_of(mask))](
+                                             World& of) { return of.cast_rays(rays); });
             return to_array(std::span<const std::optional<BodyHit>>(hits));
           },
           py::arg("origins"), py::arg("directions"), py::arg("length") = 1e6, py::arg("mask") = Mask(0xffffffffu),
@@ -158,7 +164,9 @@ void add_questions(WorldClass& world) {
       .def(
           "overlapping_sphere",
           [](SharedWorld& shared, const Vector3& center, double radius, const Mask& mask) {
-            return list_of(shared.use().overlapping_sphere(center, radius, shared.mask_of(mask)));
+            return list_of(shared.ask([center, radius, bits = shared.mask_of(mask)](World& of) {
+              return of.overlapping_sphere(center, radius, bits);
+            }));
           },
           py::arg("center"), py::arg("radius"), py::arg("mask") = Mask(0xffffffffu),
           "Bodies with a shape that overlaps a sphere, oldest first; m. Triggers are not met.")
@@ -166,7 +174,9 @@ void add_questions(WorldClass& world) {
           "overlapping_box",
           [](SharedWorld& shared, const Vector3& position, const Vector3& half_extents, const Quaternion& orientation,
              const Mask& mask) {
-            return list_of(shared.use().overlapping_box({position, orientation}, half_extents, shared.mask_of(mask)));
+            return list_of(shared.ask([position, orientation, half_extents, bits = shared.mask_of(mask)](World& of) {
+              return of.overlapping_box({position, orientation}, half_extents, bits);
+            }));
           },
           py::arg("position"), py::arg("half_extents"), py::arg("orientation") = Quaternion{0, 0, 0, 1},
           py::arg("mask") = Mask(0xffffffffu), "Bodies with a shape that overlaps a box, oldest first; m, x y z w.");

@@ -1,6 +1,9 @@
 #include "host/device/device_launcher.hpp"
 
 #include <algorithm>
+#include <atomic>
+
+#include "host/device/pocl_cache.hpp"
 
 namespace lockstep {
 
@@ -11,7 +14,12 @@ namespace {
 constexpr std::size_t cpu_work_group = 16, gpu_work_group = 64;
 constexpr std::size_t cpu_fused_work_group = 16, gpu_fused_work_group = 256;
 constexpr std::size_t largest_cpu_grid = 0x8000;
+// Of a CPU device, which has the variables of a whole group on the stack of a thread, whatever it says it takes.
+constexpr std::size_t largest_cpu_work_group = 1024;
 constexpr std::size_t gpu_groups_per_unit = 32;
+
+// Some that were launched for the first time: their libraries stay loaded from the step after on, when they have run.
+std::atomic<bool> has_new_kernels = false;
 
 }  // namespace
 
@@ -21,6 +29,9 @@ DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMem
   const bool cpu = device.info.type == DeviceType::cpu;
   work_group_ = work_group > 0 ? work_group : cpu ? cpu_work_group : gpu_work_group;
   fused_work_group_ = work_group > 0 ? work_group : cpu ? cpu_fused_work_group : gpu_fused_work_group;
+  if (!cpu) return;
+  work_group_ = std::min(work_group_, largest_cpu_work_group);
+  fused_work_group_ = std::min(fused_work_group_, largest_cpu_work_group);
 }
 
 void DeviceLauncher::add(const cl::Program& program, std::span<const KernelSignature> signatures) {
@@ -38,6 +49,7 @@ std::string DeviceLauncher::where(std::string_view kernel) const {
 }
 
 void DeviceLauncher::begin(Stage stage, std::span<const std::byte> params) {
+  if (stage == Stage::begin_step && is_pocl(device_.info) && has_new_kernels.exchange(false)) keep_loaded_kernels();
   stage_ = stage;
   stage_has_begun_ = true;
   params_.assign(params.begin(), params.end());
@@ -156,7 +168,9 @@ void DeviceLauncher::enqueue(Kernel& kernel, std::size_t global, std::size_t loc
   };
   opencl_guard([&] { return where(kernel.signature.name); },
                [&] {
-                 if (!std::exchange(kernel.is_new, false) || !builds_.is_heard()) return launch();
+                 if (!std::exchange(kernel.is_new, false)) return launch();
+                 has_new_kernels = true;
+                 if (!builds_.is_heard()) return launch();
                  builds_.time([&] {
                    launch();
                    queue_.finish();  // a driver that builds it now may do so in a thread of its own

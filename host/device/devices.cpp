@@ -1,10 +1,14 @@
 #include "host/device/devices.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 
 #include "host/device/device.hpp"
+#include "host/device/pocl_cache.hpp"
 
 namespace lockstep {
 
@@ -75,6 +79,10 @@ auto or_nothing(List&& list) -> decltype(list()) {
   }
 }
 
+constexpr std::string_view pocl_name = "Portable Computing Language";
+
+bool is_pocl(const cl::Platform& platform) { return trimmed(platform.getInfo<CL_PLATFORM_NAME>()) == pocl_name; }
+
 std::vector<cl::Platform> platforms() {
   std::vector<cl::Platform> found;
   cl::Platform::get(&found);
@@ -98,9 +106,13 @@ std::vector<DeviceHandles> devices_of(const cl::Platform& platform) {
   return devices;
 }
 
+void tell(const std::string& line) { std::fprintf(stderr, "lockstep: %s\n", line.c_str()); }
+
 Listing make_listing() {
   Listing listing;
+  const bool pocl_can_build = prepare_pocl_cache(tell);
   for (const cl::Platform& platform : or_nothing(platforms)) {
+    if (!pocl_can_build && is_pocl(platform)) continue;
     for (const DeviceHandles& handles : or_nothing([&] { return devices_of(platform); })) {
       const std::vector<DeviceInfo> info = or_nothing([&] {
         const std::string name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
@@ -114,8 +126,15 @@ Listing make_listing() {
   return listing;
 }
 
-// Never destroyed: drivers may be gone when destructors of static objects run.
+// Never destroyed: drivers may be gone when destructors of static objects run. Drivers have threads, which a child of
+// fork() is without: what it asks of them is never answered.
 const Listing& listing() {
+  static const pid_t process = getpid();
+  if (process != getpid())
+    throw Error(
+        Failure::device, "OpenCL",
+        "was in use before fork(), and its threads are not in this process; compute on 'reference' here, or start "
+        "processes by exec (in Python multiprocessing.set_start_method('spawn'))");
   static const Listing& once = *new Listing(make_listing());
   return once;
 }
@@ -128,11 +147,12 @@ std::optional<DeviceInfo> first_of(DeviceType type) {
 
 DeviceInfo need(DeviceType type, const char* name) {
   if (const auto device = first_of(type)) return *device;
-  throw Error(Failure::device, "--device", std::string("there is no OpenCL ") + name + " on this machine");
+  throw Error(Failure::input, "--device", std::string("there is no OpenCL ") + name + " on this machine");
 }
 
 }  // namespace
 
+bool is_pocl(const DeviceInfo& device) { return device.platform == pocl_name; }
 const std::vector<DeviceInfo>& list_devices() { return listing().infos; }
 const std::vector<DeviceHandles>& device_handles() { return listing().handles; }
 std::string device_name(const cl::Device& device) { return trimmed(device.getInfo<CL_DEVICE_NAME>()); }

@@ -32,8 +32,8 @@ const std::vector<DeviceInfo>& list_devices();
 bool runs_in_caller(const DeviceInfo& device);
 
 /// "auto" (a GPU if there is one, else a CPU device, else the reference), "gpu", "cpu", "reference", or an index of
-/// list_devices(). Nothing: the reference. Throws Error (input) for another word, Error (device) where there is no such
-/// device.
+/// list_devices(). Nothing: the reference. Throws Error (input) for another word,
+/// and where there is no such device.
 std::optional<DeviceInfo> select_device(std::string_view choice);
 
 }  // namespace lockstep

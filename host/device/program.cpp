@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <optional>
 
+#include "host/device/pocl_cache.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -94,7 +96,7 @@ std::optional<cl::Program> from_binary(const Device& device, const std::vector<u
 // pocl has a cache of its own, and compiles every kernel once more where its binary is asked for.
 bool driver_keeps_programs(const DeviceInfo& device) {
   const char* cache = std::getenv("POCL_KERNEL_CACHE");
-  return device.platform == "Portable Computing Language" && !(cache && std::string_view(cache) == "0");
+  return is_pocl(device) && !(cache && std::string_view(cache) == "0");
 }
 
 }  // namespace

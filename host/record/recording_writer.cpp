@@ -23,7 +23,10 @@ class RecordingWriter<real>::Thread {
     writes_ = true;
     thread_ = std::thread([this] { run(); });
   }
-  ~Thread() { stop(); }
+  ~Thread() {
+    h5::be_quiet();  // each thread of a caller has to be
+    stop();
+  }
 
   void add(const StepRow& row, const Buffers<real>& buffers) {
     filling_.steps.push_back(row);
@@ -65,6 +68,7 @@ class RecordingWriter<real>::Thread {
  private:
   template <class Work>
   auto guarded(Work&& work) {
+    h5::be_quiet();
     try {
       return work();
     } catch (const h5::Failed& failed) {

@@ -1,12 +1,9 @@
 #include "host/scene/mesh.hpp"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
@@ -15,6 +12,9 @@
 #include <stdexcept>
 
 #include "host/embedded.hpp"
+#include "host/scene/json_node.hpp"
+#include "host/scene/mesh_formats.hpp"
+#include "host/scene/regular_file.hpp"
 
 namespace lockstep {
 
@@ -26,12 +26,43 @@ const EmbeddedFile* find_embedded(const std::string& path) {
   return found == files.end() ? nullptr : &*found;
 }
 
+// Of a name, in small letters.
+std::string ending_of(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+constexpr std::size_t largest_mesh_file = std::size_t{1} << 30;
+
+std::string read_mesh_bytes(const std::string& path) { return read_regular_file(path, largest_mesh_file); }
+
+// The bytes of what a file names beside it.
+std::string read_beside(const std::string& path, const std::string& name) {
+  const std::filesystem::path folder = std::filesystem::weakly_canonical(path).parent_path(),
+                              file = std::filesystem::weakly_canonical(folder / name),
+                              from = file.lexically_relative(folder);
+  if (from.empty() || *from.begin() == "..")
+    throw std::runtime_error(fmt::format("names the file {}, which is not in its folder", quote(name)));
+  return read_mesh_bytes(file.string());
+}
+
+TriangleMesh read_bytes(const std::string& path) {
+  const std::string ending = ending_of(path), bytes = read_mesh_bytes(path);
+  if (ending == ".obj") return read_obj(bytes);
+  if (ending == ".stl") return read_stl(bytes);
+  if (ending == ".ply") return read_ply(bytes);
+  if (ending == ".gltf" || ending == ".glb")
+    return read_gltf(bytes, path, [&](const std::string& name) { return read_beside(path, name); });
+  return read_by_assimp(bytes, ending.empty() ? "" : ending.substr(1));
+}
+
 }  // namespace
 
 std::size_t triangles_announced(const std::string& path) {
-  if (is_embedded_mesh(path)) return 0;
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::error_code ignored;
+  if (is_embedded_mesh(path) || !std::filesystem::is_regular_file(path, ignored)) return 0;
+  const std::string ending = ending_of(path);
   std::ifstream file(path, std::ios::binary);
   std::size_t count = 0;
   std::string line;
@@ -57,35 +88,10 @@ std::size_t triangles_announced(const std::string& path) {
 bool is_embedded_mesh(const std::string& path) { return find_embedded(path) != nullptr; }
 
 TriangleMesh read_mesh(const std::string& path) {
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // numbers as the file gives them
-  const unsigned steps = aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices | aiProcess_Triangulate;
   const EmbeddedFile* embedded = find_embedded(path);
-  const aiScene* scene = embedded != nullptr
-                             ? importer.ReadFileFromMemory(embedded->text.data(), embedded->text.size(), steps, "obj")
-                             : importer.ReadFile(path, steps);
-  if (scene == nullptr) {
-    std::string reason = importer.GetErrorString();
-    for (char& c : reason)
-      if (c == '\n' || c == '\r') c = ' ';
-    throw std::runtime_error(reason);
-  }
-  TriangleMesh whole;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    const u32 first = static_cast<u32>(whole.vertices.size());
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      const aiVector3D& v = mesh.mVertices[i];
-      whole.vertices.push_back({static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
-    }
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      const aiFace& face = mesh.mFaces[i];  // points and lines bound nothing
-      if (face.mNumIndices == 3)
-        whole.triangles.push_back({first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
-    }
-  }
-  if (whole.vertices.empty()) throw std::runtime_error("it holds no mesh");
-  return whole;
+  TriangleMesh mesh = embedded != nullptr ? read_obj(embedded->text) : read_bytes(path);
+  if (mesh.vertices.empty()) throw std::runtime_error("it has no mesh");
+  return mesh;
 }
 
 }  // namespace lockstep

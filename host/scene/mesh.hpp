@@ -7,8 +7,8 @@
 
 namespace lockstep {
 
-/// All meshes of a file, as they stand in its scene (assimp: obj, stl, ply, gltf and others); those of the built-in
-/// scenes are in the library. Throws std::runtime_error where it holds none.
+/// All meshes of a file, as they stand in its scene; those of the built-in scenes are in the library. Of other files
+/// only the buffers of a glTF file are read, in its folder. Throws std::runtime_error where it has no mesh.
 TriangleMesh read_mesh(const std::string& path);
 
 /// How many triangles a file says that it has at least, found without reading them: by the header of STL and PLY, the

@@ -194,6 +194,7 @@ void World::step(u32 count) {
   if (count > 0) impl_->stepped = impl_->bodies.all();
 }
 
+bool World::is_ready() const { return impl_->engine && !impl_->changed; }
 u32 World::steps_done() const { return impl_->engine ? impl_->engine->steps_done() : 0; }
 Unsolved World::unsolved() const {
   Unsolved all = impl_->verdict.unsolved;
@@ -267,6 +268,10 @@ void World::set_load(BodyHandle body, std::function<Wrench(double time)> load) {
   impl_->ask_for_loads();
   impl_->loads[body.id] = std::move(load);
 }
+
+const std::map<u32, std::function<Wrench(double)>>& World::loads() const { return impl_->loads; }
+
+void World::clear_loads() { const auto gone = std::exchange(impl_->loads, {}); }
 
 void World::set_velocity(BodyHandle body, const Twist& velocity) {
   const u32 index = impl_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");

@@ -113,6 +113,11 @@ void World::Impl::restore(const Snapshot::Data& saved) {
 u32 Snapshot::steps_done() const { return data_ ? data_->steps_done : 0; }
 double Snapshot::time() const { return data_ ? data_->time : 0; }
 
+const std::map<u32, std::function<Wrench(double)>>& Snapshot::loads() const {
+  static const std::map<u32, std::function<Wrench(double)>> none;
+  return data_ ? data_->loads : none;
+}
+
 Snapshot World::save() {
   Snapshot snapshot;
   snapshot.data_ = impl_->save();

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -160,6 +161,8 @@ class Snapshot {
   /// Of the world, when it was made; 0 of nothing.
   u32 steps_done() const;
   double time() const;  // s
+  /// What World::set_load() had set, by the ids of bodies.
+  const std::map<u32, std::function<Wrench(double time)>>& loads() const;
 
  private:
   friend class World;
@@ -280,6 +283,8 @@ class World {
   void warm_up(const Expected& expected = {});
   /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
   void step(u32 count = 1);
+  /// Whether the next step begins at once: nothing has come, gone or changed since what computes it was made.
+  bool is_ready() const;
   u32 steps_done() const;
   double time() const;            // s: steps_done() times the step, without what adding steps up would round
   double time_step() const;       // the scene's `dt`, s
@@ -377,6 +382,10 @@ class World {
   void apply(BodyHandle body, const Wrench& wrench);
   /// Until it is replaced or taken away (an empty function): a function of time, taken in the middle of each step.
   void set_load(BodyHandle body, std::function<Wrench(double time)> load);
+  /// All that set_load() has set, by the ids of bodies.
+  const std::map<u32, std::function<Wrench(double time)>>& loads() const;
+  /// Takes all of it away.
+  void clear_loads();
   /// Of a dynamic or kinematic body.
   void set_velocity(BodyHandle body, const Twist& velocity);
   /// Wakes the island that a dynamic body sleeps in, with the next step.

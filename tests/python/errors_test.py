@@ -79,6 +79,37 @@ class Errors(unittest.TestCase):
                 lockstep.World(scene)
             self.assertEqual(str(caught.exception), line)
 
+    def test_arguments_of_the_wrong_type_are_told_in_one_line(self):
+        world = lockstep.World({"bodies": [BALL]}, device="reference")
+        ball = world.bodies[0]
+        cases = (
+            (lambda: world.pose("ball"), "World.pose(): body must be a lockstep.Body, is 'ball' (str)"),
+            (lambda: world.step(-1), "World.step(): count must be a whole number from 0 on, is -1 (int)"),
+            (lambda: world.step(1.5), "World.step(): count must be a whole number from 0 on, is 1.5 (float)"),
+            (lambda: world.step(cuont=3), 'World.step(): has no argument "cuont"; did you mean "count"?'),
+            (lambda: world.step(1, 2), "World.step(): takes at most 1 argument without a name, is given 2"),
+            (lambda: world.step(1, count=2), "World.step(): is given count twice"),
+            (lambda: world.apply_impulse(), "World.apply_impulse(): needs body: a lockstep.Body"),
+            (lambda: world.apply_force(ball, [1, 2]), "World.apply_force(): force must be 3 numbers, is [1, 2] (list)"),
+            (lambda: world.set_load(ball, 5), "World.set_load(): load must be a function, or None, is 5 (int)"),
+            (lambda: world.remove(3), "World.remove(): takes (body: a lockstep.Body) or (joint: a lockstep.Joint), is given 3 (int)"),
+            (lambda: world.restore(world), "World.restore(): snapshot must be a lockstep.Snapshot, is a World"),
+            (lambda: lockstep.World(), "World(): needs scene"),
+            (lambda: lockstep.World({}, devise="cpu"), 'World(): has no argument "devise"; did you mean "device"?'),
+            (lambda: lockstep.World({}, precision=3), "World(): precision must be a str, is 3 (int)"),
+            (lambda: lockstep.scenes(1), "scenes(): takes at most 0 arguments without a name, is given 1"),
+        )
+        for call, line in cases:
+            with self.assertRaises(TypeError) as caught:
+                call()
+            self.assertEqual(str(caught.exception), line)
+        for value in ("x" * 10000, ["\n"] * 1000, {"a": "ä" * 500}):
+            for call in (lambda: world.pose(value), lambda: world.step(value), lambda: world.apply_force(ball, value)):
+                with self.assertRaises(TypeError) as caught:
+                    call()
+                self.assertLessEqual(len(str(caught.exception)), 300)
+                self.assertNotIn("\n", str(caught.exception))
+
     def test_a_run_that_goes_bad(self):
         world = lockstep.World({"bodies": [{**BALL, "name": "ball", "velocity": [1, 0, 0]}], "settings": {"speed_limit": 5}})
         with self.assertRaisesRegex(lockstep.Error, 'body "ball": the forces leave it at 5.* m/s, above the setting "speed_limit" of 5 m/s') as caught:
