@@ -151,7 +151,9 @@ void add_geometric_stiffness(Buffers<real>& b, const StepParams<real>& params) {
       q = orientation_in_middle(q, vec3(b.previous_velocities[i].w), params.dt);
     set_inverse_inertia(motion, mass, b.body_infos[i], q);
     const Vec3<real> own = unrotate3(q, sub3(vec3(b.previous_velocities[i].w), mean_rotation(b, params, i)));
-    store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(vec3(damped), own))));
+    const Vec3<real> lost = multiply3(vec3(damped), own);
+    if (dot3(lost, lost) > real(0)) b.previous_velocities[i].damped = real(1);
+    store3(motion.w, sub3(vec3(motion.w), rotate3(q, lost)));
   }
 }
 

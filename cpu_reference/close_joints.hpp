@@ -1,8 +1,8 @@
 // Once a sub-step has moved the bodies, moves those of each joint back to where it is whole, and leaves their
-// velocities alone, angular ones of trapezoidal steps in the frame of the body (post-stabilisation: Cline and Pai,
-// Post-Stabilization for Rigid Body Simulation with Contact and Constraints, 2003; here by sweeps of nonlinear
-// Gauss-Seidel over the joints, colour after colour). With the error e of its locked rows at the present poses, and K =
-// J M^-1 J^T of the joint alone, a solve moves its bodies by
+// velocities alone, angular ones in the frame of the body (post-stabilisation: Cline and Pai, Post-Stabilization for
+// Rigid Body Simulation with Contact and Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints,
+// colour after colour). With the error e of its locked rows at the present poses, and K = J M^-1 J^T of the joint
+// alone, a solve moves its bodies by
 //   K d = -e,   x += M^-1 J^T d,   q rotated by the angular part
 // the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
 // and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.

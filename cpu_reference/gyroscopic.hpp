@@ -135,6 +135,18 @@ bool acts_in_middle(const StepParams<real>& params, const BodyInfo& info, bool p
   return params.theta == real(0.5) && info.kind == BODY_DYNAMIC && is_gyroscopic(params, info) && !pivoted;
 }
 
+/// Whether a body keeps its angular velocity in its own frame where closing a joint rotates it: where its moments of
+/// inertia differ, as its energy is that of w there.
+template <class real>
+bool is_carried(const StepParams<real>& params, const BodyInfo& info) {
+  return params.theta > real(0) && info.kind == BODY_DYNAMIC && is_gyroscopic(params, info);
+}
+
+/// Whether joints hold it; scenes without joints have no lists of them.
+inline bool is_jointed(const std::vector<u32>& body_joint_starts, u32 i) {
+  return !body_joint_starts.empty() && body_joint_starts[i] != body_joint_starts[i + 1];
+}
+
 /// There: what rotates with w_old keeps it.
 template <class real>
 Quat<real> orientation_in_middle(Quat<real> old_q, Vec3<real> w_old, real dt) {
@@ -148,17 +160,29 @@ Vec3<real> gyroscopic_loss(const Mass<real>& mass, Vec3<real> w_old, Vec3<real> 
 }
 
 /// The angular velocity w that impulses leave, with the gyroscopic moment of it instead of that of the free rotation.
-/// q: the orientation in the middle of the step. Where a body rotates by more than a radian, w.
+/// q: the orientation in the middle of the step, or by the semi-implicit rule at its start. Where a body rotates by
+/// more than half a revolution, w.
+///
+/// What joints do not allow of the change the next step takes back. By the semi-implicit rule, which has the impulses
+/// act on what it has left from the last one, an unbalanced wheel would gain energy so: the change then does no work on
+/// them, (w - foreseen) I change = 0.
 template <class real>
 Vec3<real> correct_gyroscopic_moment(const StepParams<real>& params, const Mass<real>& mass,
                                      const FreeRotation<real>& free_rotation, Quat<real> q, Vec3<real> w_old,
                                      Vec3<real> w) {
-  const real dt = params.dt;
+  const real dt = params.dt, theta = params.gyroscopic_theta;
   const Vec3<real> before = unrotate3(q, w_old), foreseen = unrotate3(q, vec3(free_rotation.w)),
                    after = unrotate3(q, w);
-  if (std::max(dot3(before, before), dot3(after, after)) * (dt * dt) > real(1)) return w;
-  const Vec3<real> lost = gyroscopic_loss(mass, before, after, params.gyroscopic_theta, dt);
-  return add3(w, rotate3(q, sub3(gyroscopic_loss(mass, before, foreseen, params.gyroscopic_theta, dt), lost)));
+  const real pi_squared = real(9.8696044010893586);
+  if (std::max(dot3(before, before), dot3(after, after)) * (dt * dt) > pi_squared) return w;
+  Vec3<real> change =
+      sub3(gyroscopic_loss(mass, before, foreseen, theta, dt), gyroscopic_loss(mass, before, after, theta, dt));
+  if (params.theta == real(1)) {
+    const Vec3<real> pushed = sub3(after, foreseen), momentum = multiply3(vec3(mass.inertia), pushed);
+    const real squared = dot3(momentum, pushed);
+    if (squared > real(0)) change = sub3(change, scale3(dot3(momentum, change) / squared, pushed));
+  }
+  return add3(w, rotate3(q, change));
 }
 
 }  // namespace lockstep::reference

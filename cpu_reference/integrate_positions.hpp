@@ -10,8 +10,10 @@
 // velocity: it is carried along as the body rotates. A body that no impulse has pushed since then rotates as
 // computed there, which keeps its angular momentum. One that is held or hit rotates by w_th, as its joints and contacts
 // were solved (at th = 1 that is about w itself, which leaves w as it is). At th = 1/2 they were solved in the middle
-// of the sub-step: there w gets the gyroscopic moment of what they left, and from there it is carried on. A body on a
-// pivot only rotates, by w_th; its centre of mass follows.
+// of the sub-step: there w gets the gyroscopic moment of what they left, and from there it is carried on. So it does at
+// th = 1 where joints hold the body, in the orientation of the start: what rotates fast about its length gained energy
+// by the moment of a rotation that its joints do not allow. What was solved for is kept for measures, with a slack
+// of -1. A body on a pivot only rotates, by w_th; its centre of mass follows.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -42,14 +44,18 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     const Quat<real> old_q = quat(b.orientations[i]);
     const bool free = gyroscopic && !pivoted && is_free(b.free_rotations[i], w);
     const bool in_middle = acts_in_middle(params, info, pivoted);
-    const Vec3<real> old_w = vec3(previous.w);
-    if (in_middle && !free)
-      w = correct_gyroscopic_moment(params, b.masses[i], b.free_rotations[i],
-                                    orientation_in_middle(old_q, old_w, params.dt), old_w, w);
+    const bool jointed = gyroscopic && !pivoted && params.theta == real(1) && is_jointed(b.body_joint_starts, i);
+    const Vec3<real> old_w = vec3(previous.w), solved_w = w;
+    if ((in_middle || jointed) && !free) {
+      const Quat<real> acting_q = in_middle ? orientation_in_middle(old_q, old_w, params.dt) : old_q;
+      w = correct_gyroscopic_moment(params, b.masses[i], b.free_rotations[i], acting_q, old_w, w);
+      b.free_rotations[i] = make_free_rotation(free_rotation(b.free_rotations[i]), solved_w, real(-1));
+    }
+    const Vec3<real> new_w = in_middle ? w : solved_w;
     const Quat<real> rotation =
-        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, old_w, w), params.dt);
+        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, old_w, new_w), params.dt);
     const Quat<real> q = unit4(multiply4(rotation, old_q));
-    const bool carried = free || (gyroscopic && params.theta != real(1));
+    const bool carried = free || jointed || (gyroscopic && params.theta != real(1));
     if (in_middle) w = rotate_by(rotation_by(old_w, real(-0.5) * params.dt), w);
     if (carried) w = rotate_by(rotation, w);
 

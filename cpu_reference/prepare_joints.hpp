@@ -5,17 +5,18 @@
 // (cpu_reference/close_joints.hpp); or a share of the error, by a velocity that stays (Baumgarte). Soft ones are damped
 // springs (Catto, Soft Constraints, GDC 2011), whose push is relaxed after the bodies have moved.
 //
-// u' is the rate at which the velocity of a row would change if the bodies went on with their velocities: the anchors
-// run on circles and the axes turn. Where it is counted the error of a step is of third order, and energy stays: at
-// theta 1 the positions are those of SHAKE (Ryckaert, Ciccotti, Berendsen 1977).
-// The axes and arms are those at (1 - theta) dt, when what the old velocities move is done: at theta 1/2 in the middle
-// of the step, between the velocities that the impulses tell apart. Along the axes of its start what swings would gain
-// energy at each step, in first order. The error and the free coordinate are those of the start.
-// There the impulses do no work where the mean of the old and the new velocity is along what is free, J_mid (v_old +
-// v_new) = 0. J_mid v_old is dt/2 u' but for terms of higher order, and all of it would hand on what the last step left
-// unsolved, with the other sign: half of each is taken, and the error of energy is half as large.
-// Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is divided by
-// 1 + dt^2 (w_a^2 + w_b^2).
+// u' is the rate at which the velocity of a row would change if the bodies went on with their velocities, those of the
+// start of the sub-step: the anchors run on circles and the axes turn. What forces have done since is no velocity that
+// the joints allow: a torque about a hinge far from the centre of mass rotates the body as if it were free. Where it is
+// counted the error of a step is of third order, and energy stays: at theta 1 the positions are those of SHAKE
+// (Ryckaert, Ciccotti, Berendsen 1977). The axes and arms are those at (1 - theta) dt, when what the old velocities
+// move is done: at theta 1/2 in the middle of the step, between the velocities that the impulses tell apart. Along the
+// axes of its start what swings would gain energy at each step, in first order. The error and the free coordinate are
+// those of the start. There the impulses do no work where the mean of the old and the new velocity is along what is
+// free, J_mid (v_old + v_new) = 0. J_mid v_old is dt/2 u' but for terms of higher order, and all of it would hand on
+// what the last step left unsolved, with the other sign: half of each is taken, and the error of energy is half as
+// large. Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is
+// divided by 1 + dt^2 (w_a^2 + w_b^2).
 //
 // The row of z of a screw is that of its thread, u_z - lead w_z, its impulse a force and a moment in one. The axes of a
 // universal joint are those of its cross, which turns against a with w_z about z.
@@ -89,13 +90,22 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, SpringLaw<real> spring,
   return law;
 }
 
-/// The rate u' of each row at the present velocities; the last is that of the free row. With the anchor of b at d from
+/// The velocities that are foreseen with: those of the start of the sub-step, since what forces did to a body since
+/// then its joints may not allow; of a damped body those that are left to it.
+template <class real>
+Velocity<real> foreseen_velocity(const Buffers<real>& buffers, const StepParams<real>& params, u32 body) {
+  const Velocity<real> before = velocity_before(buffers, params, body);
+  if (!(before.damped > real(0))) return before;
+  return make_velocity(vec3(buffers.motions[body].v), vec3(buffers.motions[body].w));
+}
+
+/// The rate u' of each row at these velocities; the last is that of the free row. With the anchor of b at d from
 /// that of a, in the frame that turns with a: d' = u and d'' = w_b x (w_b x arm_b) - w_a x (w_a x arm_a) - 2 w_a x u.
 /// With w = w_b - w_a, the rows of a skate turn with b instead, which takes w x u off; the part of the arms of what
 /// rolls that goes down to where it touches turns with a, which takes w x (w x down) off.
 template <class real>
-void row_rates(const CurrentJoint<real>& current, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
-               real (&rates)[JOINT_ROWS + 1]) {
+void row_rates(const CurrentJoint<real>& current, const JointInfo& info, const Velocity<real>& a,
+               const Velocity<real>& b, real (&rates)[JOINT_ROWS + 1]) {
   const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
   const Vec3<real> on_a = cross3(w_a, current.arm_a), on_b = cross3(w_b, current.arm_b);
   const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
@@ -153,11 +163,11 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
     field[lane] = 0;
 }
 
-/// The pose after `time` with the velocities that the body has.
+/// The pose after `time` with these velocities.
 template <class real>
-void move_on(const Motion<real>& motion, real time, Vec3<real>& x, Quat<real>& q) {
-  x = add3(x, scale3(time, vec3(motion.v)));
-  q = integrate_orientation(q, vec3(motion.w), time);
+void move_on(const Velocity<real>& velocity, real time, Vec3<real>& x, Quat<real>& q) {
+  x = add3(x, scale3(time, vec3(velocity.v)));
+  q = integrate_orientation(q, vec3(velocity.w), time);
 }
 
 /// The axes and arms of `later`, what is off and the free coordinate of `now`.
@@ -273,7 +283,10 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
-  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const Velocity<real> going_a = foreseen_velocity(buffers, params, info.body_a),
+                       going_b = foreseen_velocity(buffers, params, info.body_b);
+  const Vec3<real> w_a = vec3(going_a.w), w_b = vec3(going_b.w);
+  const real angle = params.dt * params.dt * (dot3(w_a, w_a) + dot3(w_b, w_b));
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
@@ -283,8 +296,8 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   if (params.substep == 0) measure_armature(buffers, params, info, joint, current);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
-    move_on(a, lead_time, x_a, q_a);
-    move_on(b, lead_time, x_b, q_b);
+    move_on(going_a, lead_time, x_a, q_a);
+    move_on(going_b, lead_time, x_b, q_b);
     current = with_error_of(current, current_joint(joint, info, sizes, x_a, q_a, x_b, q_b));
   }
   const JointMobility<real> m = joint_mobility(current, info.free, a, b);
@@ -292,7 +305,7 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
 
   const bool is_free = info.free != FREE_NOTHING;
   real velocity_product[JOINT_ROWS + 1];
-  row_rates(current, info, a, b, velocity_product);
+  row_rates(current, info, going_a, going_b, velocity_product);
   const real ahead = real(0.5) * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {

@@ -117,11 +117,11 @@ static inline Vec3 mean_rotation(const StiffnessStream* s, u32 body) {
 kernel void add_geometric_stiffness(const StepParams params, global const BodyInfo* body_infos,
                                     global const Mass* masses, global const Pivot* pivots,
                                     global const Sleeper* sleepers, global const Vec4* positions,
-                                    global const Vec4* orientations, global const Velocity* previous_velocities,
-                                    global const JointInfo* joint_infos, global const Joint* joints,
-                                    global const real* screw_leads, global const real* rolling_radii,
-                                    global const u32* body_joint_starts, global const BodyJoint* body_joints,
-                                    global const JointImpulseBlock* joint_impulses, global Motion* motions,
+                                    global const Vec4* orientations, global const JointInfo* joint_infos,
+                                    global const Joint* joints, global const real* screw_leads,
+                                    global const real* rolling_radii, global const u32* body_joint_starts,
+                                    global const BodyJoint* body_joints, global const JointImpulseBlock* joint_impulses,
+                                    global Velocity* previous_velocities, global Motion* motions,
                                     global const u32* counters) {
   if (STEP_ABORTED(counters)) return;
   const StiffnessStream s = {params.bodies,       params.dt,   masses,        positions,   orientations,
@@ -153,7 +153,9 @@ kernel void add_geometric_stiffness(const StepParams params, global const BodyIn
     if (acts_in_middle(&params, body_infos[i], false)) q = orientation_in_middle(q, vec3(velocity.w), params.dt);
     set_inverse_inertia(&motion, mass, body_infos[i], q);
     const Vec3 own = unrotate3(q, sub3(vec3(velocity.w), mean_rotation(&s, i)));
-    store3(motion.w, sub3(vec3(motion.w), rotate3(q, multiply3(make3(damped[0], damped[1], damped[2]), own))));
+    const Vec3 lost = multiply3(make3(damped[0], damped[1], damped[2]), own);
+    if (dot3(lost, lost) > (real)0) previous_velocities[i].damped = (real)1;
+    store3(motion.w, sub3(vec3(motion.w), rotate3(q, lost)));
     motions[i] = motion;
   }
 }

@@ -97,6 +97,17 @@ static inline bool acts_in_middle(const StepParams* params, BodyInfo info, bool 
   return params->theta == (real)0.5 && info.kind == BODY_DYNAMIC && IS_GYROSCOPIC(*params, info) && !pivoted;
 }
 
+static inline bool is_carried(const StepParams* params, BodyInfo info) {
+  return params->theta > (real)0 && info.kind == BODY_DYNAMIC && IS_GYROSCOPIC(*params, info);
+}
+
+// What no body of the scene has is compiled out.
+#if FEATURE_JOINTS
+#define IS_JOINTED(starts, i) ((starts)[i] != (starts)[(i) + 1u])
+#else
+#define IS_JOINTED(starts, i) false
+#endif
+
 static inline Quat orientation_in_middle(Quat old_q, Vec3 w_old, real dt) {
   return integrate_orientation(old_q, w_old, (real)0.5 * dt);
 }
@@ -107,12 +118,19 @@ static inline Vec3 gyroscopic_loss(Mass mass, Vec3 w_old, Vec3 w_new, real theta
 
 static inline Vec3 correct_gyroscopic_moment(const StepParams* params, Mass mass, FreeRotation free_rotation, Quat q,
                                              Vec3 w_old, Vec3 w) {
-  const real dt = params->dt;
+  const real dt = params->dt, theta = params->gyroscopic_theta;
   const Vec3 before = unrotate3(q, w_old), foreseen = unrotate3(q, vec3(free_rotation.w)), after = unrotate3(q, w);
   const real old_squared = dot3(before, before), new_squared = dot3(after, after);
-  if ((old_squared < new_squared ? new_squared : old_squared) * (dt * dt) > (real)1) return w;
-  const Vec3 lost = gyroscopic_loss(mass, before, after, params->gyroscopic_theta, dt);
-  return add3(w, rotate3(q, sub3(gyroscopic_loss(mass, before, foreseen, params->gyroscopic_theta, dt), lost)));
+  const real pi_squared = (real)9.8696044010893586;
+  if ((old_squared < new_squared ? new_squared : old_squared) * (dt * dt) > pi_squared) return w;
+  Vec3 change =
+      sub3(gyroscopic_loss(mass, before, foreseen, theta, dt), gyroscopic_loss(mass, before, after, theta, dt));
+  if (params->theta == (real)1) {
+    const Vec3 pushed = sub3(after, foreseen), momentum = multiply3(vec3(mass.inertia), pushed);
+    const real squared = dot3(momentum, pushed);
+    if (squared > (real)0) change = sub3(change, scale3(dot3(momentum, change) / squared, pushed));
+  }
+  return add3(w, rotate3(q, change));
 }
 
 #endif

@@ -9,9 +9,9 @@
 // The formulas and their sources are in cpu_reference/integrate_positions.hpp.
 kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Mass* masses,
                                 global const Pivot* pivots, global const Sleeper* sleepers,
-                                global const Velocity* previous_velocities, global const FreeRotation* free_rotations,
-                                global Vec4* positions, global Vec4* orientations, global Motion* motions,
-                                global u32* counters) {
+                                global const u32* body_joint_starts, global const Velocity* previous_velocities,
+                                global FreeRotation* free_rotations, global Vec4* positions, global Vec4* orientations,
+                                global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -37,13 +37,20 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
       if (free) rotation = free_rotation(own);
     }
     const bool in_middle = acts_in_middle(&params, info, pivoted);
-    const Vec3 old_w = vec3(previous.w);
-    if (in_middle && !free)
-      w = correct_gyroscopic_moment(&params, masses[i], free_rotations[i],
-                                    orientation_in_middle(old_q, old_w, params.dt), old_w, w);
-    if (!free) rotation = rotation_by(mean3(params.theta, old_w, w), params.dt);
+    const bool jointed = gyroscopic && !pivoted && params.theta == (real)1 && IS_JOINTED(body_joint_starts, i);
+    const Vec3 old_w = vec3(previous.w), solved_w = w;
+    if ((in_middle || jointed) && !free) {
+      FreeRotation own = free_rotations[i];
+      const Quat acting_q = in_middle ? orientation_in_middle(old_q, old_w, params.dt) : old_q;
+      w = correct_gyroscopic_moment(&params, masses[i], own, acting_q, old_w, w);
+      store3(own.w, solved_w);
+      own.slack = (real)-1;
+      free_rotations[i] = own;
+    }
+    const Vec3 new_w = in_middle ? w : solved_w;
+    if (!free) rotation = rotation_by(mean3(params.theta, old_w, new_w), params.dt);
     const Quat q = unit4(multiply4(rotation, old_q));
-    const bool carried = free || (gyroscopic && params.theta != (real)1);
+    const bool carried = free || jointed || (gyroscopic && params.theta != (real)1);
     if (in_middle) w = rotate_by(rotation_by(old_w, (real)-0.5 * params.dt), w);
     if (carried) w = rotate_by(rotation, w);
 

@@ -47,8 +47,15 @@ static inline void joint_free_law(const Joint joint, real x, SpringLaw spring, b
   block->bound_softness[lane] = bound_softness;
 }
 
-// The rate of each row at the present velocities.
-static inline void joint_row_rates(const CurrentJoint* current, const JointInfo info, Motion a, Motion b,
+// The velocities that are foreseen with.
+static inline Velocity joint_foreseen_velocity(u32 body, u32 bodies, global const Velocity* previous_velocities,
+                                               Motion motion) {
+  const Velocity before = joint_velocity_before(body, bodies, previous_velocities);
+  return before.damped > (real)0 ? make_velocity(vec3(motion.v), vec3(motion.w)) : before;
+}
+
+// The rate of each row at these velocities.
+static inline void joint_row_rates(const CurrentJoint* current, const JointInfo info, Velocity a, Velocity b,
                                    real rates[JOINT_ROWS + 1u]) {
   const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
   const Vec3 on_a = cross3(w_a, current->arm_a), on_b = cross3(w_b, current->arm_b);
@@ -120,9 +127,9 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
 }
 
 #if FEATURE_JOINTS_AHEAD
-static inline void joint_move_on(Motion motion, real time, Vec3* x, Quat* q) {
-  *x = add3(*x, scale3(time, vec3(motion.v)));
-  *q = integrate_orientation(*q, vec3(motion.w), time);
+static inline void joint_move_on(Velocity velocity, real time, Vec3* x, Quat* q) {
+  *x = add3(*x, scale3(time, vec3(velocity.v)));
+  *q = integrate_orientation(*q, vec3(velocity.w), time);
 }
 
 static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoint later) {
@@ -241,7 +248,10 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
                                  global const Velocity* previous_velocities, global real* joint_angles, u32 index,
                                  Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
                                  global JointBlock* block, JointMeasure* measure) {
-  const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const Velocity going_a = joint_foreseen_velocity(info.body_a, params->bodies, previous_velocities, a);
+  const Velocity going_b = joint_foreseen_velocity(info.body_b, params->bodies, previous_velocities, b);
+  const Vec3 w_a = vec3(going_a.w), w_b = vec3(going_b.w);
+  const real angle = params->dt * params->dt * (dot3(w_a, w_a) + dot3(w_b, w_b));
   const real foreseen = params->dt / ((real)1 + angle);
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
   count_revolutions(info, joint_angles, index, params->dt, a, b, &current);
@@ -252,8 +262,8 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
 #endif
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
-  joint_move_on(a, lead_time, &x_a, &q_a);
-  joint_move_on(b, lead_time, &x_b, &q_b);
+  joint_move_on(going_a, lead_time, &x_a, &q_a);
+  joint_move_on(going_b, lead_time, &x_b, &q_b);
   current = joint_with_error_of(current, current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
 #endif
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
@@ -263,7 +273,7 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
 
   const bool is_free = info.free != FREE_NOTHING;
   real velocity_product[JOINT_ROWS + 1u];
-  joint_row_rates(&current, info, a, b, velocity_product);
+  joint_row_rates(&current, info, going_a, going_b, velocity_product);
   const real ahead = (real)0.5 * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {

@@ -62,7 +62,7 @@ static inline Velocity make_velocity(Vec3 v, Vec3 w) {
   store3(velocity.v, v);
   store3(velocity.w, w);
   velocity.pad_v = (real)0;
-  velocity.pad_w = (real)0;
+  velocity.damped = (real)0;
   return velocity;
 }
 static inline Vec4 make_vec4(Quat q) {

@@ -340,14 +340,14 @@ LINE_RECORD(StillStart) {
 
 LINE_RECORD(Velocity) {
   real v[3], pad_v;
-  real w[3], pad_w;
+  real w[3], damped;  // of previous_velocities, 1: add_geometric_stiffness has damped the body since
 };
 
 // How an anisotropic body rotates in a sub-step in which no impulse acts on it (feature gyroscopic).
 LINE_RECORD(FreeRotation) {
   real rotation[4];  // x y z w, world frame, not of unit length
   real w[3];         // angular velocity after it, rad/s, as seen from the orientation before it
-  real slack;        // square of the change of w up to which no impulse has acted, rad^2/s^2
+  real slack;  // square of the change of w up to which no impulse has acted, rad^2/s^2; -1: w is what was solved for
 };
 
 // ---- collision ---------------------------------------------------------------------------------------------------

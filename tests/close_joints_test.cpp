@@ -141,13 +141,22 @@ TYPED_TEST(CloseJoints, DisplacementsOfFreeBodiesBalance) {
   }
 }
 
+// Angular ones in the frame of the body where moments of inertia differ.
 TYPED_TEST(CloseJoints, VelocitiesStay) {
   using real = TypeParam;
   const InitialState<real> state = disturbed<real>(closed_by_positions(random_joints(5, 30, 40), 3), 0.05, 5);
   const Buffers<real> after = closed(state, 3);
-  EXPECT_EQ(
-      std::memcmp(after.motions.data(), state.buffers.motions.data(), after.motions.size() * sizeof(after.motions[0])),
-      0);
+  const double rounding = sizeof(real) == 4 ? 1e-5 : 1e-14;
+  for (u32 i = 0; i < after.positions.size(); ++i) {
+    const auto w = [i](const Buffers<real>& b) -> Vector3 {
+      return {b.motions[i].w[0], b.motions[i].w[1], b.motions[i].w[2]};
+    };
+    EXPECT_EQ(std::memcmp(after.motions[i].v, state.buffers.motions[i].v, sizeof after.motions[i].v), 0) << i;
+    const bool carried = after.body_infos[i].kind == BODY_DYNAMIC && after.body_infos[i].isotropic == 0;
+    const Vector3 before = carried ? unrotate(orientation(state.buffers, i), w(state.buffers)) : w(state.buffers);
+    const Vector3 since = carried ? unrotate(orientation(after, i), w(after)) : w(after);
+    EXPECT_LE(length(since - before), carried ? rounding * length(before) : 0) << i;
+  }
   for (u32 i = 0; i < after.positions.size(); ++i) {
     if (after.body_infos[i].kind == BODY_DYNAMIC) continue;
     EXPECT_EQ(length(position(after, i) - position(state.buffers, i)), 0) << i;
@@ -266,7 +275,7 @@ TEST(ClosedJoints, WhatSwingsKeepsItsEnergyAndItsJoints) {
     double dt, lost, gained, separation;
   };
   for (const Bound& bound :
-       {Bound{"bricard", 1e-3, 0.006, 1e-3, 2e-5}, Bound{"bricard", 4e-3, 0.1, 1e-3, 2e-3},
+       {Bound{"bricard", 1e-3, 0.002, 2.5e-3, 2e-5}, Bound{"bricard", 4e-3, 0.06, 1e-3, 2e-3},
         Bound{"pendulum_chain", 1e-3, 0.03, 3e-3, 6e-4}, Bound{"pendulum_chain", 4e-3, 0.5, 6e-3, 6e-3}}) {
     SCOPED_TRACE(bound.scene);
     Scene scene = read_scene(bound.scene);

@@ -23,9 +23,8 @@ void displace_by(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, V
   buffers.orientations[body] = make_vec4(q);
 }
 
-/// From the pose x, q, by inverse mass times the impulse and inverse inertia times the moment. In trapezoidal steps the
-/// angular velocity is carried along where moments of inertia differ: it stays in the frame of the body, and with it
-/// the energy.
+/// From the pose x, q, by inverse mass times the impulse and inverse inertia times the moment. The angular velocity is
+/// carried along where moments of inertia differ: it stays in the frame of the body, and with it the energy.
 template <class real>
 void displace(Buffers<real>& buffers, const StepParams<real>& params, u32 body, Vec3<real> x, Quat<real> q,
               Vec3<real> impulse, Vec3<real> moment) {
@@ -33,7 +32,7 @@ void displace(Buffers<real>& buffers, const StepParams<real>& params, u32 body, 
   if (!(motion.inverse_mass > 0)) return;
   const Vec3<real> rotation = apply_inverse_inertia(motion, moment), half = scale3(real(0.5), rotation);
   displace_by(buffers, body, x, q, scale3(motion.inverse_mass, impulse), rotation);
-  if (acts_in_middle(params, buffers.body_infos[body], false))
+  if (is_carried(params, buffers.body_infos[body]))
     store3(motion.w, rotate_by(Quat<real>{half.x, half.y, half.z, real(1)}, vec3(motion.w)));
 }
 

@@ -68,8 +68,8 @@ std::vector<float> penetrations(const Buffers<real>& buffers, u32 count, u32 bod
 }
 
 template <class real>
-std::vector<float> defects(const Buffers<real>& buffers, const Counters& counters, u32 bodies) {
-  const ContactSystem system = contact_system(buffers, counters);
+std::vector<float> defects(const Buffers<real>& buffers, const Counters& counters, u32 bodies, Features features) {
+  const ContactSystem system = contact_system(buffers, counters, features);
   const DefectVelocities each = defect_velocities(system);
   Largest largest(bodies);
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
@@ -123,7 +123,7 @@ std::vector<float> body_values(ColorBy by, const Buffers<real>& buffers, u32 bod
     case ColorBy::contacts: return contact_counts(buffers.contacts, contacts, bodies);
     case ColorBy::color: return last_colors(buffers.contacts, buffers.contact_colors, contacts, bodies);
     case ColorBy::penetration: return penetrations(buffers, contacts, bodies);
-    case ColorBy::residual: return defects(buffers, counters, bodies);
+    case ColorBy::residual: return defects(buffers, counters, bodies, features);
   }
   return {};
 }

@@ -50,7 +50,7 @@ SolvedStep system_at(const Scene& scene, u32 step, const ExportOptions& options)
   }
   Backend<real>& backend = simulation.backend();
   const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
-  ContactSystem system = contact_system(buffers, simulation.counters());
+  ContactSystem system = contact_system(buffers, simulation.counters(), backend.features());
   if (!system.angular_friction.empty())
     throw Error(Failure::input, scene.name,
                 "has torsional or rolling friction, and a contact of a problem file has none");

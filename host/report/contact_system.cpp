@@ -128,6 +128,15 @@ bool is_solved(const Buffers<real>& buffers, u32 joint) {
   return !sleeps(info.body_a) && !sleeps(info.body_b);
 }
 
+// Angular velocities as they were solved for: since then they have changed with the gyroscopic moment, and rotated.
+template <class real>
+void take_solved_rotations(const Buffers<real>& buffers, ContactSystem& system) {
+  for (std::size_t i = 0; i < buffers.free_rotations.size(); ++i) {
+    const FreeRotation<real>& solved = buffers.free_rotations[i];
+    if (solved.slack < real(0)) system.bodies[i].w = {double(solved.w[0]), double(solved.w[1]), double(solved.w[2])};
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& n) {
@@ -138,11 +147,13 @@ Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& n) {
 }
 
 template <class real>
-ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters) {
+ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters, Features features) {
   ContactSystem system;
   system.convex = !buffers.gradient_laws.empty();
   system.bodies.reserve(buffers.motions.size());
   for (const Motion<real>& motion : buffers.motions) system.bodies.push_back(system_body(motion));
+  const bool is_relaxed = (features & static_cast<Features>(Feature::relaxing)) != 0;
+  if (!is_relaxed) take_solved_rotations(buffers, system);
 
   const u32 count = counters[COUNTER_CONTACTS];
   system.contacts.reserve(count);
@@ -184,7 +195,7 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
   return system;
 }
 
-template ContactSystem contact_system(const Buffers<float>&, std::span<const u32>);
-template ContactSystem contact_system(const Buffers<double>&, std::span<const u32>);
+template ContactSystem contact_system(const Buffers<float>&, std::span<const u32>, Features);
+template ContactSystem contact_system(const Buffers<double>&, std::span<const u32>, Features);
 
 }  // namespace lockstep

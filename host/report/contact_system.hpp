@@ -117,8 +117,9 @@ inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a) {
 /// The tangents that the solver recomputes from a unit normal (kernels/frame.h), as columns.
 Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& normal);
 
-/// The system that the last sub-step solved, from the buffers `contact_system_buffers` of the step's end.
+/// The system that the last sub-step solved, from the buffers `contact_system_buffers` of the step's end. The features
+/// say whether it was relaxed once bodies had moved.
 template <class real>
-ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters);
+ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters, Features features = {});
 
 }  // namespace lockstep

@@ -130,6 +130,7 @@ std::vector<Buffer> measured_buffers(Features features) {
   std::vector<Buffer> buffers = {Buffer::world_ranges, Buffer::gravities,    Buffer::body_infos, Buffer::masses,
                                  Buffer::positions,    Buffer::orientations, Buffer::motions};
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
+  if (has(features, Feature::gyroscopic)) buffers.push_back(Buffer::free_rotations);
   if (has(features, Feature::joints)) {
     for (const Buffer buffer :
          {Buffer::joint_infos, Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes,
@@ -194,7 +195,7 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
   if (has(features, Feature::particles)) result.penetration = particle_overlap(buffers);
   if (result.contacts > 0 || has(features, Feature::joints)) {
     const double roundoff = sizeof(real) == 4 ? 0x1p-24 : 0x1p-53;
-    const ContactSystem system = contact_system(buffers, counters);
+    const ContactSystem system = contact_system(buffers, counters, features);
     if (system.contacts.empty() && system.joints.empty()) return result;  // all joints sleep
     result.residual = residual(system, roundoff);
     result.worst = result.residual->worst_is_joint

@@ -283,11 +283,13 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   lay_out_joints(b);
   set_link_joints(b);
   list_joined(std::move(joined), b);
+  list_body_joints(b);
   // impulses of oracles are not bounded where joints are redundant, and say nothing of a load then
   if (settings.geometric_stiffness && !is_oracle(settings.solver)) {
-    list_body_joints(b);
     state.features = with(state.features, Feature::geometric_stiffness);
     state.sizes.body_joints = static_cast<u32>(b.body_joints.size());
+  } else {
+    b.body_joints.clear();
   }
 
   list_planar_joints(b);

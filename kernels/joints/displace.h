@@ -38,7 +38,7 @@ static inline void displace(const StepParams* params, u32 body, Motion motion, V
   x = add3(x, scale3(motion.inverse_mass, impulse));
   q = correct_orientation(q, rotation);
   store_displaced(body, x, q, to.positions, to.orientations, to.counters);
-  if (acts_in_middle(params, to.infos[body], false)) {
+  if (is_carried(params, to.infos[body])) {
     store3(motion.w, rotate_by(make4(z.x, z.y, z.z, (real)1), vec3(motion.w)));
     to.motions[body] = motion;
   }

@@ -6,6 +6,7 @@
 #include "host/report/joints.hpp"
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
+#include "tests/library_worlds.hpp"
 
 namespace lockstep::test::friction_test {
 namespace {
@@ -108,6 +109,42 @@ TYPED_TEST(JointFriction, ActsOnTheFreeCoordinate) {
     b = after_steps<real>(nut, 240);
     const double a = 9.81 * 0.1 / (1 + 0.1 * std::pow(6.283185307179586 / 0.02, 2));
     EXPECT_NEAR(double(b.motions[0].v[2]), share < 1 ? -a : 0, 1e-3 * a) << share;
+  }
+}
+
+// A body of little inertia, far from its hinge, that a torque drives against friction nearly as strong: what the torque
+// alone would do to the body in a step, 23 rad/s, is not what it does. It gets (M - F) t / (I + m r^2).
+TEST(LoadedHinge, AcceleratesByTheTorqueThatFrictionLeaves) {
+  const double inertia = 0.01, arm = 0.5, torque = 14, friction = 12, time = 0.5;
+  BodyDescription body = bare_body({arm, 0, 0}, {0.004, inertia, 0.012});
+  Scene scene = joint_scene({body}, {joint_of(JOINT_HINGE, NONE, 0, {0, 0, 0}, {0, 1, 0})}, 0);
+  scene.name = scene.source = "hinge";
+  scene.gravity = {0, 0, 0};
+  scene.joints[0].friction = friction;
+  const double speed = (torque - friction) * time / (inertia + arm * arm);
+  struct Method {
+    const char* solver;
+    JointSolver joint_solver;
+    Integrator integrator;
+  };
+  for (const auto& [solver, joint_solver, integrator] :
+       {Method{"gauss_seidel", JointSolver::sweeps, Integrator::semi_implicit_euler},
+        Method{"gauss_seidel", JointSolver::direct, Integrator::semi_implicit_euler},
+        Method{"gauss_seidel", JointSolver::sweeps, Integrator::trapezoidal},
+        Method{"small_steps", JointSolver::sweeps, Integrator::semi_implicit_euler}}) {
+    for (const char* precision : {"float", "double"}) {
+      for (const u32 rate : {60u, 120u, 240u}) {
+        SCOPED_TRACE(std::string(solver) + " " + name_of(joint_solver) + " " + precision + " " + std::to_string(rate));
+        replace_solver(scene.settings, *find_solver(solver));
+        scene.settings.joint_solver = joint_solver;
+        scene.settings.integrator = integrator;
+        scene.settings.dt = 1.0 / rate;
+        World world(scene, {.device = "reference", .precision = precision});
+        world.set_load(world.bodies()[0], [&](double) { return Wrench{{0, 0, 0}, {0, torque, 0}}; });
+        world.step(rate / 2);
+        EXPECT_NEAR(world.velocity(world.bodies()[0]).angular[1], speed, 0.003 * speed);
+      }
+    }
   }
 }
 
