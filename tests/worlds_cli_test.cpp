@@ -74,11 +74,45 @@ TEST_F(Worlds, OfASceneWithoutChanceAllAreAlike) {
 }
 
 TEST_F(Worlds, WhatIsOfOneWorldIsRefusedForSeveral) {
-  for (const std::string option : {"--record x.h5", "--checkpoint x", "--resume x", "--events x"})
-    expect_refused("run slide_to_roll --worlds 2 " + option, 2, "is of one world");
+  expect_refused("run slide_to_roll --worlds 2 --events x", 2, "is of one world");
+  expect_refused("run slide_to_roll --worlds 2 --record x.h5", 2, "say which by --record-worlds");
+  expect_refused("run slide_to_roll --worlds 2 --record x.h5 --record-worlds 1,2", 2, "has world 2, the last one is 1");
+  expect_refused("run slide_to_roll --record x.h5 --record-worlds 0", 2, "is of a batch");
+  expect_refused("run slide_to_roll --worlds 2 --record x.h5 --record-worlds 0 --resume y", 2, "leave out --resume");
+  expect_refused("run slide_to_roll --worlds 2 --record-worlds 0", 2, "--record");
   expect_refused("run slide_to_roll --worlds 2 --solver auto", 2, "an oracle solves one world");
   expect_refused("run slide_to_roll --worlds 0", 2, "--worlds");
   expect_refused("run spheres8000 --worlds 100000", 2, "--worlds: that is");
+}
+
+// A batch goes on with the bits of one that was not interrupted, and not as a batch of other worlds.
+TEST_F(Worlds, GoOnFromACheckpoint) {
+  const std::string scene = seeded_scene(), state = file("state.h5").string();
+  for (const std::string device : {"reference", "auto"}) {
+    const std::string arguments = scene + " --worlds 4 --seed 5 --device " + device;
+    const nlohmann::json whole = report(arguments + " --steps 20");
+    report(arguments + " --steps 8 --checkpoint " + state);
+    const nlohmann::json rest = report(arguments + " --steps 20 --resume " + state);
+    EXPECT_EQ(rest["world_state_hashes"], whole["world_state_hashes"]);
+    EXPECT_EQ(rest["first_step"], 8);
+  }
+  expect_refused("run " + scene + " --worlds 3 --seed 5 --steps 20 --resume " + state, 2, "state.h5");
+  expect_refused("run " + scene + " --worlds 4 --seed 6 --steps 20 --resume " + state, 2, "state.h5");
+  expect_refused("run " + scene + " --seed 5 --steps 20 --resume " + state, 2, "state.h5");
+}
+
+TEST_F(Worlds, ThoseThatAreChosenAreRecordedAsAlone) {
+  const std::string scene = seeded_scene(), recording = file("r.h5").string();
+  const nlohmann::json batch =
+      report(scene + " --worlds 4 --steps 12 --device auto --record " + recording + " --record-worlds 3,1,3");
+  EXPECT_FALSE(fs::exists(recording));
+  EXPECT_FALSE(fs::exists(file("r.0.h5")));
+  for (const unsigned world : {1u, 3u}) {
+    const std::string one = file("r." + std::to_string(world) + ".h5").string();
+    const Outcome verified = run("verify " + one + " --device reference");
+    EXPECT_EQ(verified.status, 0) << verified.err;
+    EXPECT_NE(verified.out.find("12 steps"), std::string::npos) << verified.out;
+  }
 }
 
 #ifdef LOCKSTEP_MPIRUN

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 
 #include "host/app/command_files.hpp"
 #include "host/app/commands.hpp"
@@ -27,6 +28,7 @@
 #include "host/steppers/oracles.hpp"
 #include "host/steppers/sensors.hpp"
 #include "host/stop_request.hpp"
+#include "host/world_hash.hpp"
 
 namespace lockstep::app {
 
@@ -35,6 +37,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
+  std::vector<u32> record_worlds;
   bool record_forces = false;
   bool is_first = true;  // of the ranks
 };
@@ -70,6 +73,56 @@ Recorder make_recorder(const InitialState<real>& state) {
                       joints_conserve_energy(state.buffers, state.params));
 }
 
+// A world of a batch that is recorded: it is stepped once more, alone, as `lockstep verify` steps it.
+template <class real>
+struct RecordedWorld {
+  u32 world;  // of this rank
+  std::unique_ptr<Simulation<real>> simulation;
+  std::unique_ptr<RecordingWriter<real>> recording;
+
+  void step() {
+    const auto start = std::chrono::steady_clock::now();
+    simulation->step();
+    const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
+    record_step(*recording, *simulation, ms.count());
+  }
+};
+
+// run.h5 of world 3 is run.3.h5.
+std::string path_of_world(const std::string& path, u32 world) {
+  const std::filesystem::path whole = path;
+  std::filesystem::path of_world = whole;
+  of_world.replace_extension("." + std::to_string(world) + whole.extension().string());
+  return of_world.string();
+}
+
+template <class real>
+std::vector<RecordedWorld<real>> record_chosen(std::span<const Scene> worlds, const RunOptions& options) {
+  std::vector<RecordedWorld<real>> recorded;
+  for (const u32 world : options.record_worlds) {
+    Start<real> start;
+    start.state = compile<real>(worlds.subspan(world, 1));
+    const StepParams<real> params = start.state.params;
+    const StepTarget target = target_of(options, start.state.oracle);
+    auto stepper = make_stepper(std::as_const(start.state), target);
+    auto recording = make_recording(path_of_world(options.record, world), worlds[world], stepper.backend->name(),
+                                    options.device_options, start.state, options.record_forces);
+    recorded.push_back(
+        {world, std::make_unique<Simulation<real>>(std::move(stepper.backend), params, 0), std::move(recording)});
+  }
+  return recorded;
+}
+
+// The bits of a world are those that it has alone.
+template <class real>
+void expect_same_bits(std::span<RecordedWorld<real>> recorded, const std::vector<WorldHash>& hashes) {
+  for (RecordedWorld<real>& one : recorded)
+    if (const std::vector<WorldHash> alone = one.simulation->world_hashes();
+        state_hash(alone.front()) != state_hash(hashes[one.world]))
+      throw Error(Failure::comparison, fmt::format("world {}", one.world),
+                  "has other bits in the batch than alone, where it was recorded; please report this");
+}
+
 // Who is told what a run does.
 template <class real>
 struct RunObservers {
@@ -79,7 +132,8 @@ struct RunObservers {
   EventGroups groups;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
-  std::span<const Scene> worlds;     // whose names errors tell
+  std::span<RecordedWorld<real>> recorded;
+  std::span<const Scene> worlds;  // whose names errors tell
   const OracleChoice& oracle;
   StageSeconds& first_step;
 };
@@ -99,6 +153,7 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
       break;
     }
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
+    for (RecordedWorld<real>& world : observers.recorded) world.step();
     observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
     observers.monitor.observe(simulation.counters(), simulation.params(), step);
     if (step == first) observers.first_step = backend.stage_seconds();
@@ -137,20 +192,22 @@ std::vector<std::pair<std::string, double>> mean_step(const Backend<real>& backe
 // The recording says how the run ended, whatever ended it.
 template <class real>
 void simulate_and_close(Simulation<real>& simulation, u32 steps, RunObservers<real> observers) {
-  if (!observers.recording) return simulate(simulation, steps, observers);
+  const auto close = [&](const std::string& outcome) {
+    if (observers.recording) observers.recording->close(outcome);
+    for (RecordedWorld<real>& world : observers.recorded) world.recording->close(outcome);
+  };
   try {
     simulate(simulation, steps, observers);
   } catch (const std::exception& failure) {
     try {
-      observers.recording->close(failure.what());
+      close(failure.what());
     } catch (const Error&) {
       // the disk that is full, or whatever it was, has been told already
     }
     throw;
   }
-  observers.recording->close(simulation.steps_done() == steps
-                                 ? finished(simulation, observers.oracle, observers.monitor.verdict())
-                                 : "interrupted");
+  close(simulation.steps_done() == steps ? finished(simulation, observers.oracle, observers.monitor.verdict())
+                                         : "interrupted");
 }
 
 template <class real>
@@ -239,8 +296,10 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
   Interrupt::defer();  // from here on there is something to keep
-  const auto recording =
-      make_recording(options.record, scene, report.device, options.device_options, state, options.record_forces);
+  const auto recording = make_recording(worlds.size() == 1 ? options.record : "", scene, report.device,
+                                        options.device_options, state, options.record_forces);
+  std::vector<RecordedWorld<real>> recorded;
+  if (worlds.size() > 1) recorded = record_chosen<real>(worlds, options);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
@@ -250,10 +309,11 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
     Progress progress(report.steps, !options.quiet);
     simulate_and_close(
         simulation, steps,
-        {recorder, monitor, log, std::move(groups), progress, recording.get(), worlds, oracle, first_step});
+        {recorder, monitor, log, std::move(groups), progress, recording.get(), recorded, worlds, oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
+  expect_same_bits<real>(recorded, simulation.world_hashes());
   write_checkpoint(simulation, scene.name, identity, oracle.name, options.checkpoint);
   recorder.finish(report);
   if (report.worst) name_worst(worlds, report);
@@ -280,10 +340,16 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   return {report, simulation.world_hashes()};
 }
 
+void expect_recordings_writable(const RunOptions& options) {
+  if (options.worlds == 1) expect_writable(options.record, "the recording", recording_signature);
+  for (const u32 world : options.record_worlds)
+    expect_writable(path_of_world(options.record, world), "the recording", recording_signature);
+}
+
 // The worlds of this rank, which may have none. `is_shared`: there are other worlds or ranks.
 Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   if (share.count == 0) return {};
-  expect_writable(options.record, "the recording", recording_signature);
+  expect_recordings_writable(options);
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   std::vector<Scene> worlds = read_worlds(options, share);
   Scene& scene = worlds[0];
@@ -307,15 +373,34 @@ Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   return outcome;
 }
 
-void expect_one_world(const RunOptions& options) {
-  const std::pair<const char*, bool> asked[] = {{"--record", !options.record.empty()},
-                                                {"--checkpoint", !options.checkpoint.empty()},
-                                                {"--resume", !options.resume.empty()},
-                                                {"--events", !options.events.empty()}};
-  for (const auto& [name, is_there] : asked)
-    if (is_there)
-      throw Error(Failure::input, name,
-                  "is of one world: leave out --worlds and run it without mpirun, with --seed K for world K");
+// What a batch cannot do, and what ranks cannot.
+void expect_of_batch(RunOptions& options, const Ranks& ranks) {
+  const auto refuse_in = [&](const std::string& what, std::initializer_list<std::pair<const char*, bool>> asked) {
+    for (const auto& [name, is_there] : asked)
+      if (is_there) throw Error(Failure::input, name, what);
+  };
+  if (options.worlds > 1 || ranks.size() > 1)
+    refuse_in("is of one world: leave out --worlds and run it without mpirun, with --seed K for world K",
+              {{"--events", !options.events.empty()}});
+  if (ranks.size() > 1)
+    refuse_in("is of one process: run it without mpirun", {{"--record", !options.record.empty()},
+                                                           {"--checkpoint", !options.checkpoint.empty()},
+                                                           {"--resume", !options.resume.empty()}});
+  std::vector<u32>& chosen = options.record_worlds;
+  if (options.worlds == 1 && !chosen.empty())
+    throw Error(Failure::input, "--record-worlds", "is of a batch; leave it out, or ask for --worlds");
+  if (options.worlds > 1 && !options.record.empty()) {
+    if (chosen.empty())
+      throw Error(Failure::input, "--record",
+                  "records chosen worlds of a batch; say which by --record-worlds, as in --record-worlds 0,7");
+    if (!options.resume.empty())
+      throw Error(Failure::input, "--record", "records worlds of a batch from their beginning; leave out --resume");
+  }
+  std::ranges::sort(chosen);
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  if (!chosen.empty() && chosen.back() >= options.worlds)
+    throw Error(Failure::input, "--record-worlds",
+                fmt::format("has world {}, the last one is {}", chosen.back(), options.worlds - 1));
 }
 
 void run(RunOptions options) {
@@ -333,7 +418,7 @@ void run(RunOptions options) {
   Outcome outcome;
   ranks.together([&] {
     const bool is_shared = options.worlds > 1 || ranks.size() > 1;
-    if (is_shared) expect_one_world(options);
+    expect_of_batch(options, ranks);
     if (is_first) file.emplace(options.report);
     RunOptions mine = options;
     mine.quiet = options.quiet || !is_first;
@@ -367,6 +452,13 @@ void add_run(CLI::App& program) {
   add_file_option(*command, "--events", options->events,
                   "Write contact and trigger events to this file, as JSON Lines");
   add_file_option(*command, "--record", options->record, "Record every step in this HDF5 file");
+  command
+      ->add_option("--record-worlds", options->record_worlds,
+                   "Record these of --worlds, counted from 0: world 3 of r.h5 in r.3.h5")
+      ->delimiter(',')
+      ->type_name("K,...")
+      ->allow_extra_args(false)
+      ->needs("--record");
   command->add_flag("--record-forces", options->record_forces, "Also record the force of each contact and joint")
       ->needs("--record");
   add_file_option(*command, "--checkpoint", options->checkpoint, "Write the final state to this file, for --resume");
