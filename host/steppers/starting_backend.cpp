@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <mutex>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,6 +28,22 @@ CacheKey key_of(Features features, const DeviceInfo& device, const DeviceOptions
   return make_cache_key({"has built", text, how, device.name, device.platform, device.driver_version});
 }
 
+// What this process has built, whether or not there is a cache.
+struct BuiltHere {
+  std::mutex mutex;
+  std::set<std::string> keys;
+};
+BuiltHere& built_here() {
+  static auto& built = *new BuiltHere;
+  return built;
+}
+
+void remember(const CacheKey& key) {
+  ProgramCache::of_user().store(key, {});
+  const std::lock_guard lock(built_here().mutex);
+  built_here().keys.insert(key.hex());
+}
+
 // Made, and every kernel of a step built: a driver may build each only when it runs. The step is thrown away.
 template <class real>
 std::unique_ptr<DeviceBackend<real>> build(InitialState<real> state, const DeviceInfo& device, DeviceOptions options) {
@@ -41,7 +60,7 @@ std::unique_ptr<DeviceBackend<real>> build(InitialState<real> state, const Devic
     }
     step(*backend, params);
     backend->counters();
-    ProgramCache::of_user().store(key, {});
+    remember(key);
     return backend;
   } catch (const Error& error) {
     fmt::print(stderr, "lockstep: {}; the plain C++ reference goes on\n", error.what());
@@ -58,7 +77,12 @@ struct Kept final : SavedBuffers {
 
 template <class real>
 bool has_built(const InitialState<real>& state, const DeviceInfo& device, const DeviceOptions& options) {
-  return ProgramCache::of_user().load(key_of<real>(state.features, device, options)).has_value();
+  const CacheKey key = key_of<real>(state.features, device, options);
+  {
+    const std::lock_guard lock(built_here().mutex);
+    if (built_here().keys.contains(key.hex())) return true;
+  }
+  return ProgramCache::of_user().load(key).has_value();
 }
 
 template <class real>
