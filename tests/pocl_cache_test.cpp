@@ -10,6 +10,7 @@
 #include <set>
 #include <vector>
 
+#include "host/scene/read.hpp"
 #include "include/lockstep/world.hpp"
 #include "tests/command_line.hpp"
 
@@ -130,7 +131,10 @@ Scene scene_of(unsigned kind) {
 // pocl unloads the libraries of kernels when there are more than 128, and would load them again for each launch.
 TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
   const auto make = [](unsigned kind) {
-    World world(scene_of(kind), {.device = "cpu", .quiet = true});
+    WorldOptions options;
+    options.device = "cpu";
+    options.quiet = true;
+    World world(scene_of(kind), options);
     world.step(2);
   };
   for (unsigned kind = 0; kind < 20; ++kind) make(kind);
