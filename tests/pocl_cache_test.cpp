@@ -107,7 +107,7 @@ TEST_F(PoclCache, LargeWorkGroupsHaveTheSameBits) {
   std::string told;
   const std::string hash = cached(told);
   for (const char* size : {"1", "1024", "4096", "65536", "4294967295"})
-    EXPECT_EQ(cached(told, std::string("--staged --work-group ") + size), hash) << size;
+    EXPECT_EQ(cached(told, std::string("--plan launches --work-group ") + size), hash) << size;
 }
 
 std::size_t open_files() {
