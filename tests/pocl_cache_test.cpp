@@ -128,6 +128,8 @@ Scene scene_of(unsigned kind) {
   return parse_scene(text, "scene.json");
 }
 
+constexpr unsigned kinds = 8;  // of scenes; together of more than 128 kernels
+
 // pocl unloads the libraries of kernels when there are more than 128, and would load them again for each launch.
 TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
   const auto make = [](unsigned kind) {
@@ -137,7 +139,7 @@ TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
     World world(scene_of(kind), options);
     world.step(2);
   };
-  for (unsigned kind = 0; kind < 20; ++kind) make(kind);
+  for (unsigned kind = 0; kind < kinds; ++kind) make(kind);
   const std::size_t files = open_files();
   std::set<std::string> loaded;
   const auto kernels_loaded = [] {
@@ -150,7 +152,7 @@ TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
   };
   loaded = kernels_loaded();
   EXPECT_GT(loaded.size(), 128u) << "too few for the test to be of anything";
-  for (unsigned world = 0; world < 100; ++world) make(world % 20);
+  for (unsigned world = 0; world < 100; ++world) make(world % kinds);
   EXPECT_EQ(kernels_loaded(), loaded);
   EXPECT_LE(open_files(), files);
 }
