@@ -48,9 +48,9 @@ void run_on_nothing(Device& device, const cl::Program& program, const FusedBuild
 
 bool make(const FusedBuild& build) {
   try {
-    const std::unique_ptr<Device> device = open_device_alone(build.device, build.threads);
-    opencl_guard(build.device.name,
-                 [&] { run_on_nothing(*device, build_program(*device, build.text, build.options).program, build); });
+    Device& device = open_device(build.device, build.threads);
+    const cl::Program& program = build_program(device, build.text, build.options).program;
+    opencl_guard(build.device.name, [&] { run_on_nothing(device, program, build); });
     ProgramCache::of_user().store(key_of(build), {});
     return true;
   } catch (const Error&) {

@@ -21,9 +21,9 @@ struct FusedBuild {
   u32 groups = 1, work_group = 1;
 };
 
-/// Builds the program in a context of its own, and runs its kernel once on nothing, for a driver builds a kernel only
-/// when it runs: pocl, which keeps what it built on disk. From then on it is built at once, here and in later runs.
-/// A build that fails is no reason to end: it is never ready.
+/// Builds the program, and runs its kernel once on nothing, for a driver builds a kernel only when it runs: pocl, which
+/// keeps what it built on disk. From then on it is built at once, here and in later runs. A build that fails is no
+/// reason to end: it is never ready.
 class BackgroundBuild {
  public:
   /// Whether this or an earlier process has made this build.

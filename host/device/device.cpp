@@ -50,8 +50,4 @@ Device& open_device(const DeviceInfo& info, u32 threads) {
   return *device;
 }
 
-std::unique_ptr<Device> open_device_alone(const DeviceInfo& info, u32 threads) {
-  return opencl_guard("opening " + info.name, [&] { return open(info, threads); });
-}
-
 }  // namespace lockstep

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <mutex>
 #include <string>
 
@@ -35,9 +34,6 @@ std::recursive_mutex& device_mutex();
 /// thread that waits for the commands where the driver can do so: no other one has to wake for each. The same object
 /// for the same arguments, kept until the process ends.
 Device& open_device(const DeviceInfo& info, u32 threads = 0);
-
-/// The same for one thread alone, with a context of its own.
-std::unique_ptr<Device> open_device_alone(const DeviceInfo& info, u32 threads);
 
 /// What OpenCL knows a device by.
 struct DeviceHandles {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <set>
@@ -118,6 +119,7 @@ void StartingBackend<real>::move_to_device() {
     if (!has(reference_->features(), info(buffer).feature)) continue;
     if (info(buffer).lifetime == Lifetime::persistent || uploaded_.contains(buffer)) device_->upload(buffer, state);
   }
+  steps_before_ = device_->steps_by_plan();
   reference_.reset();
 }
 
@@ -155,7 +157,10 @@ template <class real>
 std::vector<std::pair<std::string, u32>> StartingBackend<real>::steps_by_plan() const {
   std::vector<std::pair<std::string, u32>> steps = {{"reference", steps_on_reference_}};
   if (!device_) return steps;
-  for (const auto& of_device : device_->steps_by_plan()) steps.push_back(of_device);
+  for (const auto& [plan, made] : device_->steps_by_plan()) {
+    const auto before = std::ranges::find(steps_before_, plan, &std::pair<std::string, u32>::first);
+    steps.emplace_back(plan, made - (before == steps_before_.end() ? 0 : before->second));
+  }
   return steps;
 }
 

@@ -46,6 +46,7 @@ class StartingBackend final : public Backend<real> {
   std::set<Buffer> uploaded_;  // to the reference
   std::set<Feature> enabled_;  // on the reference
   u32 steps_on_reference_ = 0;
+  std::vector<std::pair<std::string, u32>> steps_before_;  // of the device, to build its kernels
 };
 
 }  // namespace lockstep
