@@ -26,10 +26,10 @@ void run_on_nothing(Device& device, const cl::Program& program, const FusedBuild
     queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, words.size_bytes(), words.data());
     return buffer;
   };
-  std::vector<u32> counters(COUNTER_COUNT + TEAM_WORDS);
-  counters[COUNTER_STATUS] = STATUS_STALLED;
-  const std::vector<u32> nothing(0x10000);
-  const cl::Buffer zeros = filled(nothing);
+  std::vector<u32> words(COUNTER_COUNT + TEAM_WORDS);
+  words[COUNTER_STATUS] = STATUS_STALLED;
+  const cl::Buffer counters = filled(words), zeros = filled(std::vector<u32>(0x10000));
+  const cl::Buffer values = build.fused.values.empty() ? zeros : filled(build.fused.values);
   cl_uint index = 0;
   for (const KernelParameter& parameter : build.fused.signature.parameters) {
     if (parameter.kind == KernelParameter::Kind::params) {
@@ -37,8 +37,8 @@ void run_on_nothing(Device& device, const cl::Program& program, const FusedBuild
                                                                          : sizeof(StepParams<float>));
       kernel.setArg(index++, params.size(), params.data());
     } else {
-      kernel.setArg(index++, parameter.name == "counters"       ? filled(counters)
-                             : parameter.name == "fused_values" ? filled(build.fused.values)
+      kernel.setArg(index++, parameter.name == "counters"       ? counters
+                             : parameter.name == "fused_values" ? values
                                                                 : zeros);
     }
   }
