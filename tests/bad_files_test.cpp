@@ -136,18 +136,20 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
   const std::string sizes = " has another shape than the scene gives it";
   const std::string table = " has another shape than the scene and the steps give it";
   const std::string scene_hash = "the compiled scene is damaged, its hash does not fit";
+  const std::string version = RecordingReader(good_recording(), "x.h5").version();
+  const std::string ours =
+      ", wanted is " + std::to_string(recording_format) + ", of version " + version + "; record it again";
   const std::vector<Change> changes = {
       {"nothing", [](hid_t) {}, "accepted"},
       {"no format", [](hid_t f) { remove_attribute(f, "format"); }, "has no attribute format"},
       {"a later format", [](hid_t f) { replace_attribute(f, "format", recording_format + 1); },
-       "it has format " + std::to_string(recording_format + 1) + ", of version "},
+       "it has format " + std::to_string(recording_format + 1) + ", of version " + version + ours},
       {"an earlier format of another version",
        [](hid_t f) {
          replace_attribute(f, "format", oldest_recording_format - 1);
          replace_attribute(f, "version", std::string("0.0.9"));
        },
-       "it has format " + std::to_string(oldest_recording_format - 1) + ", of version 0.0.9, wanted is " +
-           std::to_string(recording_format) + ", of version "},
+       "it has format " + std::to_string(oldest_recording_format - 1) + ", of version 0.0.9" + ours},
       {"a format of another type", [](hid_t f) { replace_attribute(f, "format", 1.0); }, "format is of another type"},
       {"a format in words", [](hid_t f) { replace_attribute(f, "format", std::string("one")); },
        "format is of another type"},

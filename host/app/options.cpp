@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "host/error.hpp"
@@ -114,14 +113,16 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
                   "Compute units of a CPU device; default: all, or the calling thread for small scenes")
       ->check(positive)
       ->group(group);
-  std::map<std::string, SubstepPlan> plans;
-  for (const SubstepPlan plan : {SubstepPlan::launches, SubstepPlan::one_group, SubstepPlan::all_groups})
-    plans[std::string(substep_plan_names[static_cast<u32>(plan)])] = plan;
+  const std::vector<std::string> plans(std::begin(substep_plan_names), std::end(substep_plan_names));
   command
-      .add_option("--plan", device.substeps,
-                  "How sub-steps run: launches for each stage, or one launch of one work-group or of all; unset, what "
-                  "suits the scene and the device")
-      ->transform(CLI::CheckedTransformer(plans))
+      .add_option_function<std::string>(
+          "--plan",
+          [&device, plans](const std::string& name) {
+            device.substeps = static_cast<SubstepPlan>(std::ranges::find(plans, name) - plans.begin());
+          },
+          "How sub-steps run: launches for each stage, or one launch of one work-group or of all; default: what suits "
+          "the scene and the device")
+      ->check(CLI::IsMember(plans))
       ->group(group);
 }
 
