@@ -15,7 +15,7 @@ constexpr std::size_t cpu_work_group = 16, gpu_work_group = 64;
 constexpr std::size_t cpu_fused_work_group = 16, gpu_fused_work_group = 256;
 constexpr std::size_t largest_cpu_grid = 0x8000;
 // Of a CPU device, which has the variables of a whole group on the stack of a thread, whatever it says it takes.
-constexpr std::size_t largest_cpu_work_group = 1024;
+constexpr std::size_t largest_cpu_work_group = 128;
 constexpr std::size_t gpu_groups_per_unit = 32;
 
 // Some that were launched for the first time: their libraries stay loaded from the step after on, when they have run.
