@@ -74,7 +74,7 @@ TEST_F(PoclCache, EveryLengthOfAFileIsToldFromTheWhole) {
     EXPECT_TRUE(is_whole(path));
     fs::copy_file(path, copy);
     const std::uintmax_t size = fs::file_size(path);
-    for (std::uintmax_t length = size; length-- > 0; length -= length > 300 ? size / 97 : 0) {
+    for (std::uintmax_t length = size; length-- > 0; length -= length > 300 + size / 97 ? size / 97 : 0) {
       fs::resize_file(copy, length);
       EXPECT_FALSE(is_whole(copy)) << length << " of " << size << ' ' << ending;
     }
