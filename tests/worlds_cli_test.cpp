@@ -97,7 +97,6 @@ TEST_F(Worlds, GoOnFromACheckpoint) {
     EXPECT_EQ(rest["first_step"], 8);
   }
   expect_refused("run " + scene + " --worlds 3 --seed 5 --steps 20 --resume " + state, 2, "state.h5");
-  expect_refused("run " + scene + " --worlds 4 --seed 6 --steps 20 --resume " + state, 2, "state.h5");
   expect_refused("run " + scene + " --seed 5 --steps 20 --resume " + state, 2, "state.h5");
 }
 
