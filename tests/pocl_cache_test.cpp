@@ -89,11 +89,16 @@ TEST_F(PoclCache, WhereThereIsNoRoomItIsElsewhere) {
   EXPECT_EQ(hash_by("POCL_CACHE_DIR=" + file("in_the_way/cache").string(), "", told), hash);
   EXPECT_NE(told.find("set POCL_CACHE_DIR"), std::string::npos) << told;
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+}
 
+// Needs a file system of its own, which not every container gives.
+TEST_F(PoclCache, OnAFullDiskItIsElsewhere) {
+  std::string told;
+  const std::string hash = cached(told);
   const fs::path disk = file("disk");
   fs::create_directory(disk);
   const std::string mounted = "unshare -rm sh -c 'mount -t tmpfs -o size=2m none " + disk.string();
-  if (run_command(mounted + "'").status != 0) GTEST_SKIP() << "no file system of its own to be had";
+  if (run_command(mounted + "'").status != 0) GTEST_SKIP() << "no file system of its own to be had here";
   const Outcome outcome =
       run_command(mounted + " && POCL_CACHE_DIR=" + disk.string() +
                   "/cache " LOCKSTEP_PROGRAM " run slide_to_roll --steps 20 --device cpu --quiet --report " +
@@ -128,7 +133,7 @@ Scene scene_of(unsigned kind) {
   return parse_scene(text, "scene.json");
 }
 
-constexpr unsigned kinds = 8;  // of scenes: each has kernels of its own, which take seconds to build
+constexpr unsigned kinds = 16;  // of scenes, together of 141 kernels
 
 // pocl unloads the libraries of kernels when there are more than 128, and would load them again for each launch.
 TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
@@ -151,7 +156,7 @@ TEST_F(PoclCache, ManyWorldsLeaveNothingOpenAndKeepTheirKernels) {
     return found;
   };
   loaded = kernels_loaded();
-  EXPECT_GT(loaded.size(), 20u) << "too few for the test to be of anything";
+  EXPECT_GT(loaded.size(), 128u) << "too few for the test to be of anything";
   for (unsigned world = 0; world < 100; ++world) make(world % kinds);
   EXPECT_EQ(kernels_loaded(), loaded);
   EXPECT_LE(open_files(), files);

@@ -282,8 +282,16 @@ class Forks(unittest.TestCase):
 
 
 class CtrlC(unittest.TestCase):
-    def heeds(self, call, most=1.0, after=0.3):
-        """Ctrl-C ends the call within `most` s; the time that it took."""
+    def heeds(self, call, most=0.2, after=0.3):
+        """Ctrl-C ends the call within `most` s, the best of five: a machine at other work may be late. How often it was
+        called."""
+        for calls in range(1, 6):
+            took = self.interrupted_after(call, after)
+            if took < most:
+                return calls
+        self.fail(f"Ctrl-C was heeded after {took} s")
+
+    def interrupted_after(self, call, after):
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         sent = []
 
@@ -301,7 +309,7 @@ class CtrlC(unittest.TestCase):
         finally:
             timer.cancel()
             signal.signal(signal.SIGINT, before)
-        self.assertLess(time.monotonic() - sent[0], most)
+        return time.monotonic() - sent[0]
 
     def pile(self, n):
         ground = {"type": "static", "shapes": [{"type": "plane"}]}
@@ -310,9 +318,9 @@ class CtrlC(unittest.TestCase):
 
     def test_in_a_long_step(self):
         world = lockstep.World(self.pile(20000), device="reference")
-        self.heeds(lambda: world.step(1), after=0.6)
+        calls = self.heeds(lambda: world.step(1), after=0.6)
         # the step that had begun is made
-        self.assertEqual(world.steps_done, 1)
+        self.assertEqual(world.steps_done, calls)
 
     def test_in_many_short_steps(self):
         world = lockstep.World(SCENE, device="reference")

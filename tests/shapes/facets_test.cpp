@@ -8,14 +8,14 @@
 #include "cpu_reference/shapes/overlap.hpp"
 #include "host/scene/compile.hpp"
 #include "tests/library_worlds.hpp"
+#include "tests/shapes/seam_scenes.hpp"
 #include "tests/stage_harness.hpp"
 #include "tests/surfaces.hpp"
-#include "tests/worlds.hpp"
 
 namespace lockstep::facets_test {
 namespace {
 
-constexpr double g = 9.81;
+using namespace seam_scenes;
 
 Scene scene_of(std::vector<BodyDescription> bodies, double friction = 0.5, double dt = 1.0 / 120) {
   Scene scene;
@@ -25,22 +25,6 @@ Scene scene_of(std::vector<BodyDescription> bodies, double friction = 0.5, doubl
   scene.bodies = std::move(bodies);
   return scene;
 }
-
-BodyDescription solid(const ShapeDescription& shape, const Vector3& position, const Vector3& velocity = {0, 0, 0},
-                      const Quaternion& orientation = {0, 0, 0, 1}) {
-  BodyDescription body;
-  body.shapes.push_back(shape);
-  body.position = position;
-  body.velocity = velocity;
-  body.orientation = orientation;
-  make_solid(body, 1000);
-  return body;
-}
-
-ShapeDescription sphere(double radius) { return {.kind = SHAPE_SPHERE, .radius = radius}; }
-ShapeDescription box(const Vector3& half) { return {.kind = SHAPE_BOX, .half_extents = half}; }
-
-const Quaternion lying = exact::rotation({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));  // z becomes x
 
 std::vector<BodyDescription> sliders() {
   const ShapeDescription rock = {
