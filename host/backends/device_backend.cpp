@@ -128,20 +128,23 @@ struct DeviceBackend<real>::Impl {
     ++steps_by_plan[static_cast<u32>(substeps)];
   }
   void prepare_trial() {
-    if (!challenger) {
-      FusedBuild wanted = {device.info,
-                           threads,
-                           kernels.sources.assemble(fused->files) + fused->text,
-                           {features, sizeof(real) == 8, lanes, options.optimize, true},
-                           *fused,
-                           device.compute_units,
-                           launcher.fused_work_group()};
-      if (seconds_in_steps > worth_a_build || BackgroundBuild::was_made(wanted)) challenger.emplace(std::move(wanted));
-    } else if (challenger->is_ready()) {
+    if (challenger) {
+      if (!challenger->is_ready()) return;
       build_fused();
       fuse_again();
       trial.emplace();
+      return;
     }
+    const bool is_worth_it = seconds_in_steps > worth_a_build;
+    if (!is_first_step && !is_worth_it) return;
+    FusedBuild wanted = {device.info,
+                         threads,
+                         kernels.sources.assemble(fused->files) + fused->text,
+                         {features, sizeof(real) == 8, lanes, options.optimize, true},
+                         *fused,
+                         device.compute_units,
+                         launcher.fused_work_group()};
+    if (is_worth_it || BackgroundBuild::was_made(wanted)) challenger.emplace(std::move(wanted));
   }
   void end_step(u32 contacts) {
     if (!step_began) return;

@@ -29,7 +29,7 @@ TriangleMesh read_mesh_file(const JsonNode& name, double scale) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     name.fail(fmt::format("names the directory {}; give a mesh file in it", path.string()));
-  if (!is_embedded_mesh(path.string()) && !std::filesystem::is_regular_file(path, ignored))
+  if (!is_embedded_mesh(path.string()) && !std::filesystem::exists(path, ignored))
     name.fail(fmt::format("names no file: {} does not exist; a mesh is looked for from the folder of the scene",
                           path.string()));
   try {
